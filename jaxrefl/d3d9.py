@@ -6,9 +6,9 @@ r"""The D3D9Client reflection model, equations (4)-(8), as formulas of colours.
     c_a   = max(d_a, |R_tot|)                                                    (7) alpha
     c     = d (1 - |lambda|) (1 - R0 - m (1 - cos sigma)^p) + R_tot              (8) pixel, with the sun angle
 
-with R = R0 + m (1 - cos theta)^p from `jaxrefl.fresnel.d3d9`. A colour is an array (C,), one pixel; map over pixels with
-`vmap`. |lambda| is not defined in the document (S3): the Euclidean norm makes 1 - |lambda| negative for a grey above
-1/sqrt(3), so the largest channel is taken, as the client's shaders do. What these formulas do to energy is in
+with R = R0 + m (1 - cos theta)^p from `jaxrefl.fresnel.d3d9`. A colour is an array (C,), one pixel; map over pixels
+with `vmap`. |lambda| is not defined in the document (S3): the Euclidean norm makes 1 - |lambda| negative for a grey
+above 1/sqrt(3), so the largest channel is taken, as the client's shaders do. What these formulas do to energy is in
 `docs/sources.md` and in the figure d3d9_energy: (6) adds light, (8) conserves it but is not reciprocal.
 """
 
@@ -63,7 +63,9 @@ def metallic_reflection(metallic: Color, reflectance: Scalar, phi: Color = 1.0) 
 
 
 @checked(metallic="[0, 1]", phi="[0, inf)", specular="[0, 1]")
-def total_reflection(metallic: Color, reflectance: Scalar, phi: Color = 1.0, specular: Color = 1.0) -> Float[Array, "*C"]:
+def total_reflection(
+    metallic: Color, reflectance: Scalar, phi: Color = 1.0, specular: Color = 1.0
+) -> Float[Array, "*C"]:
     """Total reflection R_tot = (lambda (1 - R) + s R) phi.
 
     With s = 1 and m = 1 - R0 this is Schlick with F0' = lambda + R0 (1 - lambda), per channel, same p: see

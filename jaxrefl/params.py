@@ -73,7 +73,9 @@ class Param(NamedTuple):
     doc: str
 
 
-def param(interval: str, *, unit: str = "", spectral: bool = False, default: Any = dataclasses.MISSING, doc: str = "") -> Any:
+def param(
+    interval: str, *, unit: str = "", spectral: bool = False, default: Any = dataclasses.MISSING, doc: str = ""
+) -> Any:
     """Dataclass field with its range, unit and meaning: the only declaration a model's parameter needs.
 
     Args:

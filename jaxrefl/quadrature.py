@@ -4,7 +4,8 @@ A rule is data (two arrays), built on the host in float64 and cast to the dtype 
 `integrate(f, rule)`, a weighted sum that can be jitted, differentiated and mapped. Which rule suits which integrand:
 
 * `hemisphere_rule`: Gauss-Legendre in cos theta times the periodic trapezoid in phi; exact for polynomials.
-* `cosine_rule`, `uniform_cosine_rule`, `uniform_theta_rule`: averages over cos theta with the density 2 mu dmu, dmu, dtheta.
+* `cosine_rule`, `uniform_cosine_rule`, `uniform_theta_rule`: averages over cos theta with the density 2 mu dmu, dmu,
+dtheta.
 * `gauss_legendre`, `midpoint`, `trapezoid`, `simpson`: an interval.
 * `monte_carlo`: uniform random directions, with the standard error of the estimate.
 """
@@ -19,7 +20,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax import Array, lax
 from jaxtyping import Float
 
 from .vec import Vec3
@@ -156,21 +157,29 @@ def hemisphere_rule(n_theta: int, n_phi: int, dtype: Any = None) -> HemisphereRu
     return HemisphereRule(Vec3(*wi), weights)
 
 
+def _two_sum(left: tuple[Array, Array], right: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Sum of two numbers, each with its error so far: the rounding error of the addition itself is exact."""
+    (a, error_a), (b, error_b) = left, right
+    total = a + b
+    part_b = total - a
+    return total, error_a + error_b + ((a - (total - part_b)) + (b - part_b))
+
+
+@jax.custom_jvp
 def accurate_sum(terms: Float[Array, "n ..."]) -> Float[Array, "..."]:
-    """Sum over the first axis, pairwise, with the rounding error of every addition carried along and added at the end.
+    """Sum over the first axis with the rounding error of every addition carried along and added at the end.
 
     As accurate as if summed in twice the precision and rounded once; the derivative is that of a plain sum. It is what
     lets an integral be right to the last digit however many nodes it has.
     """
-    error = jnp.zeros(terms.shape[1:], terms.dtype)
-    while terms.shape[0] > 1:
-        half = terms.shape[0] // 2
-        a, b, odd = terms[:half], terms[half : 2 * half], terms[2 * half :]
-        total = a + b
-        part_b = total - a
-        error = error + jnp.sum((a - (total - part_b)) + (b - part_b), axis=0)
-        terms = jnp.concatenate([total, odd])
-    return terms[0] + error
+    zero = jnp.zeros((), terms.dtype)
+    total, error = lax.reduce((terms, jnp.zeros_like(terms)), (zero, zero), _two_sum, (0,))
+    return total + error
+
+
+@accurate_sum.defjvp
+def _accurate_sum_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+    return accurate_sum(*primals), jnp.sum(tangents[0], axis=0)
 
 
 def integrate(f: Callable[[Any], Array], rule: Rule | HemisphereRule) -> Array:

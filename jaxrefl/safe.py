@@ -50,4 +50,3 @@ def safe_power(x: Float[ArrayLike, "..."], p: Float[ArrayLike, "..."]) -> Float[
     x, p = floats(x, p)
     regular = (x > 0) | ((x >= 0) & (p >= 1)) | jnp.isnan(x)
     return jnp.where(regular, jnp.where(regular, x, 1.0) ** p, jnp.where(p == 0, 1.0, 0.0))
-

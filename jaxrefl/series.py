@@ -7,8 +7,8 @@ weight; the two source documents differ in those weights alone:
     JHU, additive:        I^i = I_local,i + k_rg,i I^(i+1)               local = 1,         reflected = k_rg
 
 Everything here is `bounce_step`, one affine map, under `lax.scan`: forwards it is the iterative form (5), backwards
-the recursive form (1), and it is the step the tracer takes at each hit. Everything is elementwise, so a reflectivity may
-be a scalar or a spectrum (C,) per layer. Superscript c^i is the colour from hit i on, printed like a power (S11).
+the recursive form (1), and it is the step the tracer takes at each hit. Everything is elementwise, so a reflectivity
+may be a scalar or a spectrum (C,) per layer. Superscript c^i is the colour from hit i on, printed like a power (S11).
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from .params import Interval, checked, floats, require
 
 
 class Layers(NamedTuple):
-    """Hits of a path in order, each array (N + 1, ...): colour shown, its weight, and the weight of what lies behind."""
+    """Hits of a path in order, each array (N + 1, ...): colour shown, its weight, and the weight of what lies
+    behind."""
 
     color: Array
     local: Array
@@ -94,7 +95,9 @@ def _columns(color: ArrayLike, weight: ArrayLike) -> tuple[Array, Array]:
     """Both with one leading axis of hits; a spectrum on one side broadcasts against a scalar per hit on the other."""
     color, weight = floats(color, weight)
     if color.ndim == 0 or weight.ndim == 0 or color.shape[0] != weight.shape[0] or color.shape[0] == 0:
-        raise ValueError(f"color has shape {color.shape}, its weights {weight.shape}; both start with the number of hits >= 1")
+        raise ValueError(
+            f"color has shape {color.shape}, its weights {weight.shape}; both start with the number of hits >= 1"
+        )
     ndim = max(color.ndim, weight.ndim)
     return tuple(x.reshape(x.shape + (1,) * (ndim - x.ndim)) for x in (color, weight))  # type: ignore[return-value]
 
@@ -103,7 +106,8 @@ def after_last_hit(layers: Layers, n_hits: ArrayLike, background: ArrayLike = 0.
     """Layers of a path that left the scene after ``n_hits`` hits: the miss shows the background, nothing follows.
 
     c_i = 0 for every intersection that does not occur (4); alpha of a miss is undefined there (S16) and is 0 here, so
-    that entry n_hits is the background colour in full. ``n_hits`` may be traced; n_hits > N leaves the layers as they are.
+    that entry n_hits is the background colour in full. ``n_hits`` may be traced; n_hits > N leaves the layers as they
+    are.
     """
     i = jnp.arange(layers.color.shape[0]).reshape((-1,) + (1,) * (layers.color.ndim - 1))
     miss = i >= n_hits
@@ -156,7 +160,9 @@ def recursive(layers: Layers, tail: ArrayLike = 0.0) -> Float[Array, "hits ..."]
         value = here.radiance + here.beta * behind
         return value, value
 
-    return lax.scan(step, jnp.broadcast_to(jnp.asarray(tail, fresh.beta.dtype), fresh.beta.shape), layers, reverse=True)[1]
+    return lax.scan(
+        step, jnp.broadcast_to(jnp.asarray(tail, fresh.beta.dtype), fresh.beta.shape), layers, reverse=True
+    )[1]
 
 
 def periodic_limit(layers: Layers) -> Float[Array, "..."]:

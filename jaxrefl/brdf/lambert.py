@@ -21,7 +21,8 @@ class Lambert:
 
     The pi is the integral of cos theta over the hemisphere: f constant and int f cos theta = rho leave no other
     choice. rho is the hemispherical-directional albedo and, f being reciprocal, the directional-hemispherical and the
-    bihemispherical one as well (the source uses rho_hd and R for all three, S42). Source: LAMBERT-FRESNEL, f_r = R / pi.
+    bihemispherical one as well (the source uses rho_hd and R for all three, S42). Source: LAMBERT-FRESNEL, f_r = R /
+    pi.
     """
 
     rho: Any = param("[0, 1]", spectral=True, default=0.5, doc="diffuse reflectance")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import jax.numpy as jnp
-from jax import Array
 
 from ..params import Real, Result, checked, floats
 from ..safe import safe_divide, safe_power, safe_sqrt
@@ -34,7 +33,8 @@ def schlick_dielectric(cos_theta_i: Real, eta: Real) -> Result:
     cos theta is cos theta_i for eta >= 1 and cos theta_t for eta < 1, and the result is 1 under total reflection; the
     sources do not say so (S40), and with theta_i on the denser side the error reaches 0.96.
 
-    Args, Raises: as in `dielectric_sp`. Differentiable but at the critical angle. Source: D3D9 (1), (2); LAMBERT-FRESNEL.
+    Args, Raises: as in `dielectric_sp`. Differentiable but at the critical angle. Source: D3D9 (1), (2);
+    LAMBERT-FRESNEL.
     """
     mu, eta = floats(cos_theta_i, eta)
     return schlick(jnp.where(eta < 1, cos_theta_t(mu, eta), mu), f0_dielectric(eta))
@@ -68,8 +68,8 @@ def f82_tint(cos_theta: Real, f0: Real, tint: Real) -> Result:
         f0: reflectance at normal incidence.
         tint: reflectance at mu = 1/7 over Schlick's, 1 for no correction.
 
-    Differentiable in all three. Source: N. Hoffman, Workshop on Material Appearance Modeling, 2019 (F82), in the tint form
-    of the Adobe Standard Material.
+    Differentiable in all three. Source: N. Hoffman, Workshop on Material Appearance Modeling, 2019 (F82), in the tint
+    form of the Adobe Standard Material.
     """
     cos_theta, f0, tint = floats(cos_theta, f0, tint)
     a = schlick(1 / 7, f0) * (1 - tint) / (6**6 / 7**7)

@@ -49,8 +49,9 @@ def _average_walsh(m: Array) -> Array:
 def average_dielectric(eta: Real) -> Result:
     """Cosine-weighted average reflectance 2 int_0^1 R(mu) mu dmu of a dielectric (its albedo in diffuse light).
 
-    External (eta > 1): Walsh's closed form, replaced below eta = 2.5, where that cancels, by an equal integral that does
-    not. Internal (eta < 1): 1 - (1 - F(1/eta)) eta^2, by reversal. Full relative accuracy of the dtype up to eta -> 1.
+    External (eta > 1): Walsh's closed form, replaced below eta = 2.5, where that cancels, by an equal integral that
+    does not. Internal (eta < 1): 1 - (1 - F(1/eta)) eta^2, by reversal. Full relative accuracy of the dtype up to eta
+    -> 1.
 
     Args:
         eta: relative index n_t / n_i, (0, inf); any shape.

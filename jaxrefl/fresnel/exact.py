@@ -7,10 +7,11 @@ c = cos theta_i, q = N cos theta_t = sqrt(N^2 - sin^2 theta_i), Im q >= 0, the a
     r_s = (c - q) / (c + q)         =  (1 - N^2) / (c + q)^2
     r_p = (N^2 c - q)/(N^2 c + q)   =  (N^2 - 1) (q^2 - N^2 sin^2 theta_i) / (N^2 c + q)^2
 
-The right-hand forms are the ones computed: nothing cancels in them at N -> 1, and where R is large it is taken as 1 - T,
-so that a small R, a small 1 - R and their slopes all have the relative accuracy of the arithmetic. The real and imaginary parts of q come from the
-larger of the two, |N^2 - s^2| never from a difference, which is what keeps value and slope finite at k = 0 inside total
-reflection. At the critical angle itself, k = 0, the true derivative is infinite; the one returned there is finite.
+The right-hand forms are the ones computed: nothing cancels in them at N -> 1, and where R is large it is taken as 1 -
+T, so that a small R, a small 1 - R and their slopes all have the relative accuracy of the arithmetic. The real and
+imaginary parts of q come from the larger of the two, |N^2 - s^2| never from a difference, which is what keeps value
+and slope finite at k = 0 inside total reflection. At the critical angle itself, k = 0, the true derivative is
+infinite; the one returned there is finite.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def _refracted(mu: Array, eta: Array, k: Array) -> tuple[Array, Array]:
 
 
 def _smaller_first(r: Array, t: Array) -> Array:
-    """Reflectance from r or from 1 - t, whichever is small: full relative accuracy of R, of 1 - R and of their slopes."""
+    """Reflectance from r or from 1 - t, whichever is small: R, 1 - R and their slopes keep their relative accuracy."""
     return jnp.where(t > 0.5, r, 1 - t)
 
 
@@ -133,9 +134,9 @@ def conductor_sp(cos_theta_i: Real, eta: Real, k: Real) -> tuple[Result, Result]
         ValueError: an argument outside its range (outside jit only).
 
     Differentiable everywhere but at the one point sin theta_i = eta, k = 0, where it is finite. Inside total reflection
-    dR/dk at k = 0 is the analytic slope (attenuated total reflection). Source: LAMBERT-FRESNEL, conductor. Printed there:
-    (r_s^2 + r_p^2) / 2 with complex r, which must be |r|^2 (S36); `theta tan^2 theta` as the denominator of the first
-    R_p, which must be a^2 + b^2 + 2 a sin tan + sin^2 tan^2 (S37); n - i k (S41), the other time convention.
+    dR/dk at k = 0 is the analytic slope (attenuated total reflection). Source: LAMBERT-FRESNEL, conductor. Printed
+    there: (r_s^2 + r_p^2) / 2 with complex r, which must be |r|^2 (S36); `theta tan^2 theta` as the denominator of the
+    first R_p, which must be a^2 + b^2 + 2 a sin tan + sin^2 tan^2 (S37); n - i k (S41), the other time convention.
     """
     c, eta, k = floats(cos_theta_i, eta, k)
     a, b = _refracted(c, eta, k)
@@ -191,9 +192,9 @@ def amplitudes(cos_theta_i: Real, eta: Real, k: Real = 0.0) -> Amplitudes:
 def transmittance_sp(cos_theta_i: Real, eta: Real, k: Real = 0.0) -> tuple[Result, Result]:
     """Transmitted fraction of the power (T_s, T_p): T = Re(n_t cos theta_t) / (n_i cos theta_i) |t|^2 for s.
 
-    T_s = 4 c Re q / |c + q|^2, T_p = 4 c Re(N^2 q*) / |N^2 c + q|^2, with the index and cosine factors in. R + T = 1, and T
-    is accurate where R is close to 1. For k > 0 it is the power that enters the metal, all of which it absorbs. (Radiance
-    crossing a dielectric interface scales by T eta^2; power does not.)
+    T_s = 4 c Re q / |c + q|^2, T_p = 4 c Re(N^2 q*) / |N^2 c + q|^2, with the index and cosine factors in. R + T = 1,
+    and T is accurate where R is close to 1. For k > 0 it is the power that enters the metal, all of which it absorbs.
+    (Radiance crossing a dielectric interface scales by T eta^2; power does not.)
 
     Args, Raises: as in `conductor_sp`. Returns (T_s, T_p), broadcast shape; 0 under total reflection.
 

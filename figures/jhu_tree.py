@@ -1,0 +1,79 @@
+"""The attenuation example of the JHU lecture, and the tree it grows into with transmission."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxrefl import plot, series
+
+CAPTION = """JHU, "Attenuation": I = 0.6 + 0.5 (0.3 + 0.2 · 0.8) = 0.83, with the derivatives 0.46 and 0.4 in the two
+reflection coefficients and 1, 0.5, 0.1 in the three local intensities; PERRIN's convex rule makes 0.5 of the same
+numbers. Middle: in a tree of reflected (blue) and transmitted (orange) rays the weights of a level sum to a power of
+k_rg + k_tg. Right: for k_rg + k_tg = 0.8 the tree converges to 0.5 from a local 0.1; for 0.04 + 0.96 every level
+adds another 1, and for 0.6 + 0.5 it explodes."""
+SIZE = (9.6, 3.6)
+
+
+def compute(
+    local: tuple[float, ...] = (0.6, 0.3, 0.8), reflected: tuple[float, ...] = (0.5, 0.2, 0.0), depth: int = 12
+) -> dict:
+    shown, k = jnp.asarray(local), jnp.asarray(reflected)
+
+    def additive(shown, k):
+        return series.iterative(series.additive(shown, k))
+
+    total = additive(shown, k)
+    d_local, d_k = jax.grad(lambda s, k: additive(s, k).radiance, (0, 1))(shown, k)
+    cases = {"converging": (0.1, 0.3, 0.5), "conserving": (1.0, 0.04, 0.96), "exploding": (0.1, 0.6, 0.5)}
+    return {
+        "example_k": np.array(cases["converging"][1:]),
+        "local": shown,
+        "reflected": k,
+        "total": total.radiance,
+        "weights": total.weights,
+        "partial": total.partial,
+        "d_local": d_local,
+        "d_reflected": d_k,
+        "convex": series.iterative(series.convex(shown, k)).radiance,
+        "depth": np.arange(depth + 1),
+        **{name: series.tree(*case, depth).partial for name, case in cases.items()},
+        "limit": series.periodic_limit(series.additive([cases["converging"][0]], [sum(cases["converging"][1:])]))[()],
+    }
+
+
+def draw(data: dict, fig) -> None:
+    chain, branches, sums = fig.subplots(1, 3, width_ratios=(1.25, 1.1, 1))
+    local, k, weights = (np.asarray(data[key]) for key in ("local", "reflected", "weights"))
+    n, radius, small = len(local), 0.2, {"fontsize": "small"}
+    plot.canvas(chain, (-0.75, n - 0.3), (-1.3, 1.25), f"attenuation: I = {float(data['total']):.2f}")
+    plot.note(chain, (-0.55, 1.0), "eye", **small)
+    plot.arrow(chain, (-0.12, 0.17), (-0.5, 0.85))
+    for i in range(n):
+        if i + 1 < n:
+            slope = float(data["d_reflected"][i])
+            plot.arrow(chain, (i + 1 - radius, 0.0), (i + radius, 0.0), color=plot.BLUE)
+            text = f"$k_{{r{i + 1}}}$ = {k[i]:g}\n" + rf"$\partial I/\partial k$ = {slope:.2f}"
+            plot.note(chain, (i + 0.5, 0.42), text, color=plot.BLUE, **small)
+        plot.dot(chain, (i, 0.0), radius, f"{local[i]:g}")
+        plot.note(chain, (i, -0.42), rf"$I_{{\mathrm{{local}}{i + 1}}}$", **small)
+        plot.note(chain, (i, -0.88), f"weight {weights[i]:g}\nadds {weights[i] * local[i]:.2f}", **small)
+
+    levels, (k_r, k_t) = 3, data["example_k"]
+    plot.canvas(branches, (-4.6, 4.6), (-6.6, 1.0), f"tree, $k_{{rg}}$ = {k_r:g}, $k_{{tg}}$ = {k_t:g}")
+
+    def node(x, y, weight, level):
+        for sign, factor, color in ((-1, k_r, plot.BLUE), (1, k_t, plot.ORANGE)):
+            if level < levels:
+                child = (x + sign * 2.2 / 2**level, y - 2)
+                branches.plot(*zip((x, y), child, strict=True), color=color, zorder=1)
+                node(*child, weight * factor, level + 1)
+        plot.dot(branches, (x, y), 0.52, f"{weight:.3g}".lstrip("0"), plot.GREEN)
+
+    node(0.0, 0.0, 1.0, 0)
+    styles = (("converging", plot.GREEN, "0.3 + 0.5"), ("conserving", plot.BLUE, "0.04 + 0.96"))
+    for name, color, label in (*styles, ("exploding", plot.RED, "0.6 + 0.5")):
+        label = f"{label}, local {float(data[name][0]):g}"
+        plot.cartesian(data["depth"], data[name], ax=sums, color=color, marker="o", markersize=3, label=label)
+    plot.mark(sums, y=float(data["limit"]), text="limit {:g}", at=0.97)
+    text = {"xlabel": "depth of the tree", "ylabel": "intensity I", "title": r"sums, by $k_{rg}+k_{tg}$"}
+    plot.cartesian([], [], ax=sums, yscale="log", ylim=(0.08, 60), legend="upper left", **text)

@@ -1,0 +1,22 @@
+"""Numeric validation, the content of `jaxrefl check`: the library against the oracle table that is shipped with it.
+
+The rows are the data file ``jaxrefl/data/oracles.json``: decimal strings of 20 digits, computed at 40 digits without
+this library. No oracle number stands in the code. For each block of the file there is one evaluator, a small function
+that computes, vectorised over the rows, the columns of the block from its inputs:
+
+    table           reads the file, holds the evaluators, compares
+    numerics        slopes, minima
+    interface       A, B: dielectrics and conductors
+    approximations  C: Schlick's family, fits, extrema
+    energy          D, E, G: averages, albedos, the D3D9 furnace
+    bounces         H: the bounce series
+
+A value must agree to the block's rtol or 1e-13, whichever is larger, a derivative to 1e-11.
+"""
+
+from . import approximations, bounces, energy, interface  # noqa: F401  # each registers its evaluators
+from .table import Row as Row
+from .table import block_names as block_names
+from .table import evaluate as evaluate
+from .table import run as run
+from .table import select as select

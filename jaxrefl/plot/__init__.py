@@ -1,0 +1,36 @@
+"""Plots of reflection curves: each function takes arrays or callables and an optional ``ax``, and returns its artists.
+
+    from jaxrefl import plot
+    with plot.style():
+        ax = plot.axes()
+        plot.fresnel(1.5, ax=ax)
+        plot.save(ax, "glass.pdf")
+
+Angles are drawn in degrees. The figures of this project are made with these functions and nothing else. This is the
+only package that imports matplotlib, and it leaves the user's rcParams and backend alone.
+"""
+
+from .curves import cartesian as cartesian
+from .curves import convergence as convergence
+from .curves import error_map as error_map
+from .curves import fresnel as fresnel
+from .curves import over_angle as over_angle
+from .curves import polar as polar
+from .diagram import arrow as arrow
+from .diagram import canvas as canvas
+from .diagram import dot as dot
+from .diagram import mark as mark
+from .diagram import note as note
+from .diagram import points as points
+from .style import ANGLE as ANGLE
+from .style import BLUE as BLUE
+from .style import GREEN as GREEN
+from .style import GREY as GREY
+from .style import ORANGE as ORANGE
+from .style import PINK as PINK
+from .style import RED as RED
+from .style import SKY as SKY
+from .style import STYLES as STYLES
+from .style import axes as axes
+from .style import save as save
+from .style import style as style

@@ -1,0 +1,60 @@
+"""The one style of every plot, its colours, and how a figure is opened and saved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import resources
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..files import write_atomically
+
+STYLES = ("paper", "slide", "dark")
+ANGLE = "angle of incidence θ (degrees)"
+BLUE, RED, GREEN, PINK, ORANGE, SKY, GREY = (f"C{i}" for i in range(7))
+"""Names of the style's colours, in the order of the colour cycle; safe for colour-blind readers."""
+
+
+@contextmanager
+def style(name: str = "paper") -> Iterator[None]:
+    """Context in which plots have the project's style: "paper", "slide" (larger) or "dark".
+
+    Raises:
+        ValueError: another name.
+    """
+    if name not in STYLES:
+        raise ValueError(f"name = {name!r} must be one of {', '.join(STYLES)}")
+    sheets = ["jaxrefl"] if name == "paper" else ["jaxrefl", name]
+    data = resources.files("jaxrefl") / "data"
+    with resources.as_file(data) as folder, plt.style.context([str(Path(folder) / f"{s}.mplstyle") for s in sheets]):
+        yield
+
+
+def axes(figure: Figure | None = None, polar: bool = False) -> Axes:
+    """New axes, in a new figure unless one is given."""
+    figure = figure or plt.figure()
+    return figure.add_subplot(projection="polar" if polar else None)
+
+
+def save(target: Axes | Figure, path: str | Path) -> Path:
+    """Write a figure under a temporary name and rename it, so that no half-written file is ever left behind.
+
+    The format is that of the suffix: .png, .pdf or .svg. No date is written, so equal figures are equal files.
+    """
+    figure, path = (target if isinstance(target, Figure) else target.get_figure(root=True)), Path(path)
+    kind = path.suffix.lstrip(".").lower()
+    metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
+    assert figure is not None
+    write_atomically(path, lambda temporary: figure.savefig(temporary, format=kind, metadata=metadata))
+    return path
+
+
+def label_axes(ax: Axes, xlabel: str | None, ylabel: str | None, title: str | None) -> None:
+    """Set those of the three texts that are given."""
+    for text, setter in ((xlabel, ax.set_xlabel), (ylabel, ax.set_ylabel), (title, ax.set_title)):
+        if text is not None:
+            setter(text)

@@ -1,0 +1,18 @@
+"""Double precision for the session, one hypothesis profile, and a way back to JAX's float32 default."""
+
+from collections.abc import Iterator
+
+import hypothesis
+import jax
+import pytest
+
+jax.config.update("jax_enable_x64", True)
+hypothesis.settings.register_profile("jaxrefl", deadline=None, derandomize=True, max_examples=60)
+hypothesis.settings.load_profile("jaxrefl")
+
+
+@pytest.fixture
+def float32() -> Iterator[None]:
+    """JAX as a user finds it: 64-bit types off while the test runs."""
+    with jax.enable_x64(False):
+        yield
