@@ -9,10 +9,10 @@ import numpy as np
 
 from jaxrefl import fresnel, plot
 
-CAPTION = """Absolute error of Schlick's approximation over relative index and angle, with contours at 1 and 3 %. Left: from
-outside; marked are real materials, at the angle of their largest error. Of n = 1.1, 1.33, 1.5, 2 and 2.4 the worst is
-1.1, off by 0.21 at 83.1°, and the best 1.5, off by 0.036 at 85.0°; up to 45° every index up to 2 stays within 1 %.
-Right: from inside, where the error at an angle of incidence is that from outside at the angle of refraction."""
+CAPTION = """Absolute error of Schlick's approximation over relative index and angle, with contours at 1 and 3 %. Left:
+from outside; marked are real materials, at the angle of their largest error. Of n = 1.1, 1.33, 1.5, 2 and 2.4 the
+worst is 1.1, off by 0.21 at 83.1°, and the best 1.5, off by 0.036 at 85.0°; up to 45° every index up to 2 stays within
+1 %. Right: from inside, where the error at an angle of incidence is that from outside at the angle of refraction."""
 SIZE = (9.6, 4.2)
 
 
@@ -58,12 +58,12 @@ def draw(data: dict, fig) -> None:
     left, right = fig.subplots(1, 2, sharey=True)
     eta, theta = data["eta"], data["theta_deg"]
     common = {"levels": (0.01, 0.03), "range": (1e-4, 0.3), "xlabel": "relative index n of the denser side"}
-    plot.error_map(
-        eta, theta, data["error_outside"], ax=left, title="from outside (η = n)", ylabel=plot.ANGLE, bar=False, **common
-    )
+    labels = {"label_contours": [(2.1, 80), (2.2, 75), (2.0, 72)], "bar": False, "ylabel": plot.ANGLE}
+    plot.error_map(eta, theta, data["error_outside"], ax=left, title="from outside (η = n)", **labels, **common)
     title = r"from inside (η = 1/n), with $\theta_t$"
     plot.error_map(eta, theta, data["error_inside"], ax=right, title=title, label_contours=False, **common)
     plot.note(right, (2.3, 60), "total reflection: no error", fontsize="small")
     plot.points(left, data["index"], data["max_error_deg"])
-    for n, material in zip(data["index"], data["material"], strict=True):
-        plot.mark(left, x=float(n), text=str(material), side="left", at=0.3, color="white")
+    for n, material, gap in zip(data["index"], data["material"], np.diff(data["index"], prepend=0), strict=True):
+        side = "right" if gap < 0.1 else "left"
+        plot.mark(left, x=float(n), text=str(material), side=side, at=0.3, color="white")

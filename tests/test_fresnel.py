@@ -15,8 +15,6 @@ from jax.test_util import check_grads
 from jaxrefl import fresnel, quadrature
 
 METALS = {"Au": (0.43, 2.455), "Cu": (0.22, 3.747), "Ag": (0.06, 3.586), "Al": (1.0728, 6.7839)}
-cosines = st.floats(1e-3, 1)
-indices = st.floats(0.05, 50)
 
 
 # ---------------------------------------------------------------- 40 digits
@@ -28,8 +26,16 @@ def exact_sp(mu, eta, k=0):
     return abs((mu - q) / (mu + q)) ** 2, abs((n * n * mu - q) / (n * n * mu + q)) ** 2
 
 
-def exact(mu, eta, k=0):
-    return sum(exact_sp(mu, eta, k)) / 2
+def exact_s(*x):
+    return exact_sp(*x)[0]
+
+
+def exact_p(*x):
+    return exact_sp(*x)[1]
+
+
+def exact(*x):
+    return sum(exact_sp(*x)) / 2
 
 
 def hard_points(rng, n: int, metal: bool) -> np.ndarray:
@@ -48,16 +54,22 @@ def hard_points(rng, n: int, metal: bool) -> np.ndarray:
     return np.array(rows).T
 
 
+def everywhere(low: float, high: float, n: int = 1000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random mu in [0.05, 1], eta log-uniform in the range, k in [0, 10]."""
+    rng = np.random.default_rng(1)
+    return rng.uniform(0.05, 1, n), np.exp(rng.uniform(np.log(low), np.log(high), n)), rng.uniform(0, 10, n)
+
+
 @pytest.fixture(scope="module", params=["dielectric", "conductor"])
 def case(request):
     metal = request.param == "conductor"
     points = hard_points(np.random.default_rng(7), 300, metal)[: 3 if metal else 2]
+    units = np.eye(len(points), dtype=int).tolist()
     with mpmath.workdps(40):
-        rows = [[mpmath.mpf(float(x)) for x in row] for row in points.T]
+        rows = [tuple(mpmath.mpf(float(x)) for x in row) for row in points.T]
         sp = np.array([exact_sp(*row) for row in rows]).T
-        units = np.eye(len(points), dtype=int).tolist()
-        slopes = np.array([[mpmath.diff(exact, tuple(row), tuple(unit)) for row in rows] for unit in units])
-    return request.param, points, sp.astype(float), slopes.astype(float)
+        slopes = [[[mpmath.diff(f, row, u) for row in rows] for u in units] for f in (exact_s, exact_p)]
+    return request.param, points, sp.astype(float), np.array(slopes).astype(float)
 
 
 def test_reflectance_has_thirteen_digits_of_forty(case):
@@ -72,10 +84,11 @@ def test_polarised_reflectances_are_exact_to_rounding_of_the_amplitude(case):
 
 
 @pytest.mark.parametrize("jacobian", [jax.jacfwd, jax.jacrev])
-def test_derivatives_have_eleven_digits_of_forty(case, jacobian):
-    name, points, _, truth = case
+def test_derivatives_have_eleven_digits_of_forty_unless_the_slopes_of_s_and_p_cancel(case, jacobian):
+    name, points, _, (by_s, by_p) = case
     slopes = jax.jit(jax.vmap(jacobian(getattr(fresnel, name), tuple(range(len(points))))))(*points)
-    np.testing.assert_allclose(slopes, truth, rtol=1e-11, atol=2e-15)
+    truth, parts = (by_s + by_p) / 2, np.abs(by_s) + np.abs(by_p)
+    assert (np.abs(slopes - truth) <= 1e-11 * np.abs(truth) + 1e-15 * (1 + parts)).all()
 
 
 def test_transmitted_power_has_twelve_digits_of_forty_where_nearly_all_is_reflected():
@@ -86,69 +99,69 @@ def test_transmitted_power_has_twelve_digits_of_forty_where_nearly_all_is_reflec
     np.testing.assert_allclose(fresnel.transmittance_sp(mu, eta, k), truth, rtol=1e-12)
 
 
-@pytest.mark.parametrize("at", [(0.9, 1.5), (0.3, 2.4), (0.95, 1 / 1.5), (0.2, 0.5)])
-def test_dielectric_passes_finite_differences_to_second_order(at):
-    check_grads(fresnel.dielectric, at, order=2, rtol=2e-4)
-
-
-@pytest.mark.parametrize("at", [(0.9, 0.43, 2.455), (0.3, 1.5, 0.1), (0.2, 0.5, 0.3)])
-def test_conductor_passes_finite_differences_to_second_order(at):
-    check_grads(fresnel.conductor, at, order=2, rtol=2e-4)
+@pytest.mark.parametrize(("name", "modes"), [("dielectric", ["fwd", "rev"]), ("conductor", ["rev"])])
+def test_reflectance_passes_finite_differences_to_second_order(name, modes):
+    at = np.array([0.9, 0.3, 0.95, 0.2]), np.array([1.5, 2.4, 1 / 1.5, 0.5]), np.array([0.1, 2.0, 0.5, 0.3])
+    check_grads(jax.jit(getattr(fresnel, name)), at[: 2 if name == "dielectric" else 3], 2, modes=modes, rtol=2e-4)
 
 
 # ---------------------------------------------------------------- energy and reversal
 
 
-@given(cosines, indices)
-def test_reflected_and_transmitted_power_of_a_dielectric_add_to_one_by_the_amplitudes(mu, eta):
-    r_s, r_p, t_s, t_p = fresnel.amplitudes(mu, eta)
-    flux = eta * math.sqrt(max(0.0, 1 - (1 - mu * mu) / eta**2)) / mu
-    for r, t in ((r_s, t_s), (r_p, t_p)):
-        assert abs(abs(r) ** 2 + flux * abs(t) ** 2 - 1) < 1e-12
+def test_reflected_and_transmitted_power_of_a_dielectric_add_to_one_by_the_amplitudes():
+    mu, eta, _ = everywhere(0.05, 50)
+    found = fresnel.amplitudes(mu, eta)
+    flux = eta * np.sqrt(np.maximum(0, 1 - (1 - mu * mu) / eta**2)) / mu
+    for r, t in ((found.r_s, found.t_s), (found.r_p, found.t_p)):
+        np.testing.assert_allclose(abs(r) ** 2 + flux * abs(t) ** 2, 1, rtol=1e-12)
 
 
-@given(cosines, indices, st.floats(0, 10))
-def test_reflected_power_and_power_absorbed_by_a_conductor_add_to_one(mu, eta, k):
-    s, p = fresnel.conductor_sp(mu, eta, k)
-    t_s, t_p = fresnel.transmittance_sp(mu, eta, k)
-    assert max(abs(s + t_s - 1), abs(p + t_p - 1)) < 4e-14
-    assert min(s, p, t_s, t_p) >= 0
+def test_reflected_power_and_power_absorbed_by_a_conductor_add_to_one():
+    at = everywhere(0.05, 50)
+    reflected, absorbed = fresnel.conductor_sp(*at), fresnel.transmittance_sp(*at)
+    np.testing.assert_allclose(np.add(reflected, absorbed), 1, rtol=1e-14)
+    assert np.min([reflected, absorbed]) >= 0
 
 
-@given(cosines, indices, st.floats(0, 10))
-def test_reflectance_is_the_squared_modulus_of_the_amplitude(mu, eta, k):
-    found = fresnel.amplitudes(mu, eta, k)
+def test_reflectance_is_the_squared_modulus_of_the_amplitude():
+    at = everywhere(0.05, 50)
+    found = fresnel.amplitudes(*at)
     np.testing.assert_allclose(
-        fresnel.conductor_sp(mu, eta, k), [abs(found.r_s) ** 2, abs(found.r_p) ** 2], rtol=1e-12, atol=1e-15
+        fresnel.conductor_sp(*at), [abs(found.r_s) ** 2, abs(found.r_p) ** 2], rtol=1e-12, atol=1e-15
     )
 
 
-@given(cosines, indices)
-def test_reflectance_is_the_same_from_both_sides_of_a_refracted_ray(mu, eta):
-    outside = mu if eta >= 1 else fresnel.cos_theta_t(mu, 1 / eta)
-    index = max(eta, 1 / eta)
-    inside = fresnel.cos_theta_t(outside, index)
+def test_amplitudes_are_those_of_complex_arithmetic_with_the_time_factor_of_a_negative_exponent():
+    mu, eta, k = everywhere(0.05, 50)
+    n = eta + 1j * k
+    cos_t = np.sqrt(1 - (1 - mu * mu) / n**2)
+    r_s, r_p = (mu - n * cos_t) / (mu + n * cos_t), (n * mu - cos_t) / (n * mu + cos_t)
+    np.testing.assert_allclose(fresnel.amplitudes(mu, eta, k), [r_s, r_p, 1 + r_s, (1 + r_p) / n], rtol=1e-11)
+
+
+def test_reflectance_is_the_same_from_both_sides_of_a_refracted_ray():
+    mu, eta, _ = everywhere(1.01, 10)
+    inside = fresnel.cos_theta_t(mu, eta)
     np.testing.assert_allclose(
-        fresnel.dielectric_sp(outside, index), fresnel.dielectric_sp(inside, 1 / index), rtol=1e-9, atol=1e-14
+        fresnel.dielectric_sp(mu, eta), fresnel.dielectric_sp(inside, 1 / eta), rtol=1e-10, atol=1e-13
     )
 
 
-@given(cosines, st.floats(1.01, 10))
-def test_stokes_relations_of_a_reversed_ray_hold(mu, eta):
-    there = fresnel.amplitudes(mu, eta)
-    back = fresnel.amplitudes(fresnel.cos_theta_t(mu, eta), 1 / eta)
+def test_stokes_relations_of_a_reversed_ray_hold():
+    mu, eta, _ = everywhere(1.01, 10)
+    there, back = fresnel.amplitudes(mu, eta), fresnel.amplitudes(fresnel.cos_theta_t(mu, eta), 1 / eta)
     for r, t, r_back, t_back in (
         (there.r_s, there.t_s, back.r_s, back.t_s),
         (there.r_p, there.t_p, back.r_p, back.t_p),
     ):
-        assert abs(r_back + r) < 1e-12
-        assert abs(t * t_back + r * r - 1) < 1e-12
+        np.testing.assert_allclose(r_back, -r, rtol=1e-11, atol=1e-12)
+        np.testing.assert_allclose(t * t_back + r * r, 1, rtol=1e-12)
 
 
-@given(st.floats(1.0001, 50), cosines)
-def test_snells_law_holds_for_the_cosine_of_refraction(eta, mu):
-    sin_t = math.sqrt((1 - mu) * (1 + mu)) / eta
-    assert math.isclose(fresnel.cos_theta_t(mu, eta), math.cos(math.asin(sin_t)), rel_tol=1e-13)
+def test_snells_law_holds_for_the_cosine_of_refraction():
+    mu, eta, _ = everywhere(1.01, 50)
+    sin_t = np.sqrt((1 - mu) * (1 + mu)) / eta
+    np.testing.assert_allclose(fresnel.cos_theta_t(mu, eta), np.cos(np.arcsin(sin_t)), rtol=1e-13)
 
 
 # ---------------------------------------------------------------- total reflection
@@ -156,7 +169,7 @@ def test_snells_law_holds_for_the_cosine_of_refraction(eta, mu):
 
 def total_reflection_points() -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(3)
-    eta = rng.uniform(0.05, 0.99, 100)
+    eta = rng.uniform(0.05, 0.99, 1000)
     return np.cos(rng.uniform(np.arcsin(eta) + 1e-3, np.pi / 2 - 1e-3)), eta
 
 
@@ -165,7 +178,7 @@ def test_total_reflection_reflects_everything_with_zero_slope():
     np.testing.assert_array_equal(fresnel.dielectric_sp(mu, eta), 1)
     np.testing.assert_array_equal(fresnel.transmittance_sp(mu, eta), 0)
     np.testing.assert_array_equal(fresnel.cos_theta_t(mu, eta), 0)
-    np.testing.assert_array_equal(jax.vmap(jax.grad(fresnel.dielectric, (0, 1)))(mu, eta), 0)
+    np.testing.assert_array_equal(jax.jit(jax.vmap(jax.grad(fresnel.dielectric, (0, 1))))(mu, eta), 0)
 
 
 def test_total_reflection_turns_the_phase_by_the_closed_form():
@@ -183,13 +196,13 @@ def test_attenuated_total_reflection_starts_with_the_analytic_slope_at_k_zero():
     g = np.sqrt(1 - mu**2 - eta**2)
     slope_s = 2 * mu * eta / (g * (1 - eta**2))
     slope_p = 2 * eta * mu * (eta**2 / g + 2 * g) / (eta**4 * mu**2 + g**2)
-    found = jax.vmap(jax.grad(fresnel.conductor, 2))(mu, eta, jnp.zeros(100))
+    found = jax.jit(jax.vmap(jax.grad(fresnel.conductor, 2)))(mu, eta, jnp.zeros(1000))
     np.testing.assert_allclose(found, -(slope_s + slope_p), rtol=1e-11)
     np.testing.assert_allclose(fresnel.conductor(mu, eta, 1e-9), 1 + 1e-9 * found, rtol=1e-13)
 
 
 def test_attenuated_total_reflection_of_half_index_at_sixty_degrees_has_the_known_slope():
-    assert math.isclose(jax.grad(fresnel.conductor, 2)(0.5, 0.5, 0.0), -2.6570072990039968, rel_tol=1e-13)
+    assert math.isclose(jax.jit(jax.grad(fresnel.conductor, 2))(0.5, 0.5, 0.0), -2.6570072990039968, rel_tol=1e-13)
 
 
 def test_a_conductor_without_extinction_is_the_dielectric():
@@ -202,12 +215,11 @@ def test_a_conductor_without_extinction_is_the_dielectric():
 # ---------------------------------------------------------------- special angles
 
 
-@given(indices)
-def test_p_polarised_light_is_not_reflected_at_brewsters_angle(eta):
-    mu = jnp.cos(fresnel.brewster_angle(eta))
-    s, p = fresnel.dielectric_sp(mu, eta)
-    assert p < 1e-26
-    assert math.isclose(s, ((eta**2 - 1) / (eta**2 + 1)) ** 2, rel_tol=1e-9, abs_tol=1e-20)
+def test_p_polarised_light_is_not_reflected_at_brewsters_angle():
+    eta = everywhere(0.05, 50)[1]
+    s, p = fresnel.dielectric_sp(np.cos(fresnel.brewster_angle(eta)), eta)
+    assert p.max() < 1e-22
+    np.testing.assert_allclose(s, ((eta**2 - 1) / (eta**2 + 1)) ** 2, rtol=1e-9)
 
 
 def test_brewsters_angles_of_the_two_sides_add_to_a_right_angle():
@@ -218,12 +230,12 @@ def test_brewsters_angles_of_the_two_sides_add_to_a_right_angle():
     )
 
 
-@given(st.floats(0.05, 0.999))
-def test_reflection_is_total_just_beyond_the_critical_angle_and_partial_just_before(eta):
+def test_reflection_is_total_just_beyond_the_critical_angle_and_partial_just_before():
+    eta = everywhere(0.05, 0.999)[1]
     critical = fresnel.critical_angle(eta)
-    assert math.isclose(math.sin(critical), eta, rel_tol=1e-14)
-    assert fresnel.dielectric(jnp.cos(critical + 1e-6), eta) == 1
-    assert fresnel.dielectric(jnp.cos(critical - 1e-6), eta) < 1
+    np.testing.assert_allclose(np.sin(critical), eta, rtol=1e-14)
+    np.testing.assert_array_equal(fresnel.dielectric(np.cos(critical + 1e-6), eta), 1)
+    assert (fresnel.dielectric(np.cos(critical - 1e-6), eta) < 1).all()
 
 
 @pytest.mark.nan_debug
@@ -234,59 +246,58 @@ def test_the_critical_angle_of_index_one_is_a_right_angle_with_slope_zero():
     assert math.isclose(jax.grad(fresnel.critical_angle)(0.8), 1 / 0.6, rel_tol=1e-14)
 
 
-@given(st.floats(1.05, 20))
-def test_the_slope_at_grazing_incidence_is_the_closed_form(eta):
-    slope = jax.grad(fresnel.dielectric)(0.0, eta)
-    assert math.isclose(slope, -2 * (1 + eta**2) / math.sqrt(eta**2 - 1), rel_tol=1e-11)
+def test_the_slope_at_grazing_incidence_is_the_closed_form():
+    eta = everywhere(1.05, 50)[1]
+    slope = jax.jit(jax.vmap(jax.grad(fresnel.dielectric)))(np.zeros_like(eta), eta)
+    np.testing.assert_allclose(slope, -2 * (1 + eta**2) / np.sqrt(eta**2 - 1), rtol=1e-12)
 
 
-@pytest.mark.parametrize("eta", [1 / 1.5, 1.33, 1.5, 2.4])
-def test_the_slope_of_a_dielectric_vanishes_at_normal_incidence(eta):
-    assert abs(jax.grad(fresnel.dielectric)(1.0, eta)) < 1e-15
-    assert abs(jax.grad(lambda mu: fresnel.dielectric_sp(mu, eta)[0])(1.0)) > 1e-3
-
-
-@pytest.mark.parametrize("metal", METALS)
-def test_the_slope_of_a_metal_vanishes_at_normal_incidence(metal):
-    assert abs(jax.grad(fresnel.conductor)(1.0, *METALS[metal])) < 1e-15
-    assert abs(jax.grad(lambda mu: fresnel.conductor_sp(mu, *METALS[metal])[0])(1.0)) > 1e-3
+def test_the_slopes_of_a_dielectric_and_of_a_metal_vanish_at_normal_incidence_although_those_of_s_do_not():
+    eta, k = np.array([*METALS.values(), (1 / 1.5, 0), (1.33, 0), (1.5, 0), (2.4, 0)]).T
+    for f, rest in ((fresnel.dielectric_sp, (eta,)), (fresnel.conductor_sp, (eta, k))):
+        by_s, by_p = (
+            jax.jit(jax.vmap(jax.grad(lambda mu, *x, f=f, i=i: f(mu, *x)[i])))(np.ones(8), *rest) for i in (0, 1)
+        )
+        np.testing.assert_allclose(by_s + by_p, 0, atol=1e-15)
+        assert (abs(by_s) > 1e-3).all()
 
 
 @pytest.mark.parametrize(
     ("eta", "coefficient"), [(1.33, 0.0108757346229375), (1.5, 11 / 675), (2.4, 0.0174161780725362)]
 )
 def test_reflectance_leaves_its_normal_value_with_the_fourth_power_of_the_angle(eta, coefficient):
-    curvature = jax.grad(jax.grad(fresnel.dielectric))(1.0, eta)  # theta^4 = 4 (1 - mu)^2 to leading order
+    curvature = jax.jit(jax.grad(jax.grad(fresnel.dielectric)))(1.0, eta)  # theta^4 = 4 (1 - mu)^2 to leading order
     assert math.isclose(curvature / 8, coefficient, rel_tol=1e-12)
 
 
-@given(indices, st.floats(0, 10))
-def test_reflectance_at_normal_incidence_is_f0(eta, k):
-    f0 = abs((eta + 1j * k - 1) / (eta + 1j * k + 1)) ** 2
-    np.testing.assert_allclose([fresnel.f0_conductor(eta, k), fresnel.conductor(1.0, eta, k)], f0, rtol=1e-13)
-    f0 = ((eta - 1) / (eta + 1)) ** 2
-    np.testing.assert_allclose([fresnel.f0_dielectric(eta), fresnel.dielectric(1.0, eta)], f0, rtol=1e-13)
+def test_reflectance_at_normal_incidence_is_f0():
+    _, eta, k = everywhere(0.05, 50)
+    metal, glass = abs((eta + 1j * k - 1) / (eta + 1j * k + 1)) ** 2, ((1 - eta) / (1 + eta)) ** 2
+    for found in (fresnel.f0_conductor(eta, k), *fresnel.conductor_sp(1.0, eta, k)):
+        np.testing.assert_allclose(found, metal, rtol=1e-12)
+    for found in (fresnel.f0_dielectric(eta), *fresnel.dielectric_sp(1.0, eta)):
+        np.testing.assert_allclose(found, glass, rtol=1e-13)
 
 
-@given(st.floats(0.05, 50))
-def test_f0_has_the_analytic_slope(eta):
-    assert math.isclose(
-        jax.grad(fresnel.f0_dielectric)(eta), 4 * (eta - 1) / (eta + 1) ** 3, rel_tol=1e-12, abs_tol=1e-15
-    )
+def test_f0_has_the_analytic_slope():
+    eta = everywhere(0.05, 50)[1]
+    slope = jax.vmap(jax.grad(fresnel.f0_dielectric))(eta)
+    np.testing.assert_allclose(slope, 4 * (eta - 1) / (eta + 1) ** 3, rtol=1e-12)
 
 
-@given(indices, st.floats(0, 10))
-def test_everything_is_reflected_at_grazing_incidence(eta, k):
-    if abs(eta - 1) + k > 1e-6:
-        assert fresnel.conductor(0.0, eta, k) == 1
+def test_everything_is_reflected_at_grazing_incidence():
+    _, eta, k = everywhere(0.05, 50)
+    np.testing.assert_array_equal(fresnel.dielectric_sp(0.0, eta), 1)
+    np.testing.assert_array_equal(fresnel.conductor_sp(0.0, eta, k), 1)
 
 
 @pytest.mark.nan_debug
-@pytest.mark.parametrize("mu", [0.0, 1e-20, 1e-8, 0.5, 1.0])
-def test_an_interface_between_equal_media_does_not_exist(mu):
-    for f, arguments in ((fresnel.dielectric, (mu, 1.0)), (fresnel.conductor, (mu, 1.0, 0.0))):
-        assert f(*arguments) == 0
-        assert jax.jacfwd(f, (0, 1))(*arguments) == jax.grad(f, (0, 1))(*arguments) == (0, 0)
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_an_interface_between_equal_media_does_not_exist(mode):
+    mu = np.array([0.0, 1e-20, 1e-8, 0.5, 1.0])
+    for f, rest in ((fresnel.dielectric, (np.ones(5),)), (fresnel.conductor, (np.ones(5), np.zeros(5)))):
+        np.testing.assert_array_equal(jax.jit(f)(mu, *rest), 0)
+        np.testing.assert_array_equal(jax.jit(jax.vmap(mode(f, (0, 1))))(mu, *rest), 0)
 
 
 # ---------------------------------------------------------------- the lattice of edges
@@ -326,7 +337,8 @@ def test_value_and_slopes_are_finite_at_every_edge(name, dtype):
 @pytest.mark.nan_debug
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
 def test_reflectances_stay_between_zero_and_one_at_every_edge(dtype):
-    for r in (*fresnel.dielectric_sp(*lattice(dtype, 2)), *fresnel.conductor_sp(*lattice(dtype, 3))):
+    both = jax.jit(fresnel.dielectric_sp)(*lattice(dtype, 2)), jax.jit(fresnel.conductor_sp)(*lattice(dtype, 3))
+    for r in jax.tree.leaves(both):
         assert r.min() >= 0
         assert r.max() <= 1 + 4 * jnp.finfo(dtype).eps
 
@@ -334,18 +346,25 @@ def test_reflectances_stay_between_zero_and_one_at_every_edge(dtype):
 @pytest.mark.parametrize("name", FORMULAS)
 def test_jit_vmap_and_broadcasting_return_what_the_eager_call_returns(name):
     dimension, f = FORMULAS[name]
-    points = list(hard_points(np.random.default_rng(5), 40, metal=True)[:dimension])
-    eager = jax.tree.leaves(f(*points))
-    grid = jax.tree.leaves(f(points[0][:, None], *points[1:]))
-    for mode in (jax.jit(f), jax.vmap(f)):
-        for a, b in zip(jax.tree.leaves(mode(*points)), eager, strict=True):
-            np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14)
-    for a, b in zip(grid, eager, strict=True):
-        assert a.shape == (40, 40)
-        np.testing.assert_allclose(a.diagonal(), b, rtol=1e-12, atol=1e-14)
+    points = everywhere(0.05, 50)[:dimension]
+    column = (points[0][:30, None], *(x[:30] for x in points[1:]))
+    eager, jitted, mapped, grid = (jax.tree.leaves(g) for g in (f(*points), *_compiled(f, points, column)))
+    for a, b, c, d in zip(eager, jitted, mapped, grid, strict=True):
+        np.testing.assert_allclose(b, a, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(c, a, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(d.diagonal(), a[:30], rtol=1e-12, atol=1e-14)
+        assert d.shape == (30, 30)
+
+
+def _compiled(f, points, column):
+    return jax.jit(f)(*points), jax.jit(jax.vmap(f))(*points), jax.jit(f)(*column)
 
 
 # ---------------------------------------------------------------- averages
+
+
+average = jax.jit(fresnel.average_dielectric)
+average_slope = jax.jit(jax.grad(fresnel.average_dielectric))
 
 
 def average_by_quadrature(eta: float) -> float:
@@ -374,7 +393,7 @@ def average_of_sixty_digits(eta):
 
 @pytest.mark.parametrize("eta", [0.2, 0.7, 0.95, 1 - 1e-6, 1 + 1e-6, 1.001, 1.1, 1.5, 2.4, 2.5, 2.6, 7.0, 50.0])
 def test_the_average_is_the_integral_of_the_reflectance(eta):
-    assert math.isclose(fresnel.average_dielectric(eta), average_by_quadrature(eta), rel_tol=4e-14)
+    assert math.isclose(average(eta), average_by_quadrature(eta), rel_tol=2e-14)
 
 
 @pytest.mark.parametrize(
@@ -383,36 +402,38 @@ def test_the_average_is_the_integral_of_the_reflectance(eta):
 def test_the_average_and_its_slope_agree_with_walsh_in_sixty_digits(eta):
     with mpmath.workdps(60):
         value, slope = (float(x) for x in mpmath.taylor(average_of_sixty_digits, mpmath.mpf(eta), 1))
-    assert math.isclose(fresnel.average_dielectric(eta), value, rel_tol=2e-14)
-    assert math.isclose(jax.grad(fresnel.average_dielectric)(eta), slope, rel_tol=1e-11)
+    assert math.isclose(average(eta), value, rel_tol=2e-14)
+    assert math.isclose(average_slope(eta), slope, rel_tol=1e-11)
 
 
-@pytest.mark.parametrize("eta", [0.05, 0.3, 0.9, 1 - 1e-3, 1 + 1e-6, 1 + 1e-3, 1.1, 1.5, 2.4, 2.6, 10.0, 1e4])
+@pytest.mark.parametrize("eta", [0.05, 0.9, 1 - 1e-3, 1 - 1e-6, 1 + 1e-6, 1 + 1e-3, 1.1, 1.5, 2.4, 2.6, 10.0, 1e4])
 def test_the_average_has_the_relative_accuracy_of_single_precision(eta):
     eta = np.float32(eta)
-    slope = jax.grad(fresnel.average_dielectric)
-    assert math.isclose(fresnel.average_dielectric(eta), fresnel.average_dielectric(np.float64(eta)), rel_tol=2e-6)
-    assert math.isclose(slope(eta), slope(np.float64(eta)), rel_tol=2e-5)
+    with mpmath.workdps(60):
+        value, slope = (float(x) for x in mpmath.taylor(average_of_sixty_digits, mpmath.mpf(float(eta)), 1))
+    assert average(eta).dtype == np.float32
+    assert math.isclose(average(eta), value, rel_tol=2e-6)
+    assert math.isclose(average_slope(eta), slope, rel_tol=2e-5)
 
 
 @pytest.mark.nan_debug
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
 def test_the_average_of_equal_media_is_zero_with_the_right_hand_slope(dtype):
-    assert fresnel.average_dielectric(dtype(1)) == 0
-    np.testing.assert_allclose(jax.grad(fresnel.average_dielectric)(dtype(1)), 1 / 3, rtol=1e-6)
+    assert average(dtype(1)) == 0
+    np.testing.assert_allclose(average_slope(dtype(1)), 1 / 3, rtol=1e-6)
 
 
 def test_the_average_leaves_zero_seven_times_as_fast_to_the_inside():
-    assert math.isclose(fresnel.average_dielectric(1 - 1e-9), 7 / 3 * 1e-9, rel_tol=1e-6)
-    assert math.isclose(fresnel.average_dielectric(1 + 1e-9), 1 / 3 * 1e-9, rel_tol=1e-6)
+    assert math.isclose(average(1 - 1e-9), 7 / 3 * 1e-9, rel_tol=1e-6)
+    assert math.isclose(average(1 + 1e-9), 1 / 3 * 1e-9, rel_tol=1e-6)
 
 
 @pytest.mark.nan_debug
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
 def test_the_average_and_its_slope_are_finite_over_the_whole_range(dtype):
     eta = jnp.array([1e-30, 1e-10, 1e-3, 0.5, 1 - 1e-7, 1.0, 1 + 1e-7, 2.5, 1e3, 1e10, 1e30], dtype)
-    for values in (fresnel.average_dielectric(eta), jax.jit(jax.vmap(jax.grad(fresnel.average_dielectric)))(eta)):
-        assert jnp.isfinite(values).all()
+    for values in (average(eta), jax.vmap(average_slope)(eta)):
+        assert jnp.isfinite(values).all(), eta[~jnp.isfinite(values)]
 
 
 @given(st.floats(0, 1), st.floats(0, 2), st.sampled_from([0, 1, 2, 5, 2.5]))
@@ -464,10 +485,10 @@ def test_schlick_from_the_denser_side_takes_the_angle_of_refraction():
     assert math.isclose(fresnel.schlick(mu, 0.04), 0.040672881, rel_tol=1e-7)
 
 
-@given(cosines, st.floats(1.01, 10))
-def test_schlicks_dielectric_is_the_same_from_both_sides(mu, eta):
-    inside = fresnel.cos_theta_t(mu, eta)
-    assert math.isclose(fresnel.schlick_dielectric(mu, eta), fresnel.schlick_dielectric(inside, 1 / eta), rel_tol=1e-8)
+def test_schlicks_dielectric_is_the_same_from_both_sides():
+    mu, eta, _ = everywhere(1.01, 10)
+    inside = fresnel.schlick_dielectric(fresnel.cos_theta_t(mu, eta), 1 / eta)
+    np.testing.assert_allclose(inside, fresnel.schlick_dielectric(mu, eta), rtol=1e-10)
 
 
 def test_schlicks_dielectric_is_one_under_total_reflection():
@@ -577,12 +598,25 @@ def test_an_argument_outside_its_range_is_named_with_value_and_range(call, messa
 
 
 @pytest.mark.usefixtures("float32")
-def test_every_formula_is_single_precision_in_the_default_mode_of_jax():
-    results = [f(*(0.5, 1.5, 0.3)[:n]) for n, f in FORMULAS.values()]
-    results += [fresnel.schlick(0.5, 0.04), fresnel.f82_tint(0.5, 0.9, 0.9), fresnel.gulbrandsen(0.9, 0.5)]
-    results += [fresnel.average_dielectric(1.5), fresnel.average_schlick(0.04), fresnel.brewster_angle(1.5)]
+@pytest.mark.parametrize(
+    ("f", "arguments"),
+    [
+        *((f, (0.5, 1.5, 0.3)[:n]) for n, f in FORMULAS.values()),
+        (fresnel.schlick, (0.5, 0.04)),
+        (fresnel.f82_tint, (0.5, 0.9, 0.9)),
+        (fresnel.lazanyi, (0.5, 0.9, 0.9, 7)),
+        (fresnel.gulbrandsen, (0.9, 0.5)),
+        (fresnel.gulbrandsen_inverse, (0.9, 0.5)),
+        (fresnel.average_dielectric, (1.5,)),
+        (fresnel.average_schlick, (0.04,)),
+        (fresnel.brewster_angle, (1.5,)),
+        (fresnel.critical_angle, (0.5,)),
+    ],
+)
+def test_every_formula_is_single_precision_in_the_default_mode_of_jax(f, arguments):
+    results = jax.eval_shape(f, *(np.float64(x) for x in arguments))
     assert {leaf.dtype for leaf in jax.tree.leaves(results)} == {jnp.dtype("float32")}
 
 
 def test_integers_and_lists_are_accepted():
-    np.testing.assert_array_equal(fresnel.dielectric([1, 0], 2), [fresnel.dielectric(1.0, 2.0), 1])
+    np.testing.assert_allclose(fresnel.dielectric([1, 0], 2), [1 / 9, 1], rtol=1e-15)

@@ -202,5 +202,5 @@ def test_jit_and_vmap_return_what_the_eager_call_returns(f):
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_the_dtype_of_the_argument_is_kept(dtype):
     x = jnp.ones(2, dtype)
-    results = (safe_sqrt(x), safe_divide(1.0, x), safe_divide(x, 2), safe_power(x, 5), safe_power(x, 0.5))
-    assert {y.dtype for y in results} == {jnp.dtype(dtype)}
+    for f in (safe_sqrt, lambda x: safe_divide(1.0, x), lambda x: safe_divide(x, 2), lambda x: safe_power(x, 0.5)):
+        assert jax.eval_shape(f, x).dtype == dtype

@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 
 from .. import d3d9, fresnel
-from ..quadrature import cosine_rule, integrate, uniform_cosine_rule, uniform_theta_rule
+from ..quadrature import Rule, cosine_rule, integrate, uniform_cosine_rule, uniform_theta_rule
 from .numerics import NODES, extrema, minimum
 from .table import Columns, evaluates
 
@@ -22,9 +22,9 @@ def _cos_deg(angle: Array) -> Array:
     return jnp.cos(jnp.deg2rad(angle))
 
 
-def _rms(error: Callable[[Any], Array]) -> Array:
-    """Root mean square of error(cos theta), uniform in theta."""
-    return jnp.sqrt(integrate(lambda mu: error(mu) ** 2, uniform_theta_rule(NODES)))
+def _rms(error: Callable[[Any], Array], rule: Rule | None = None) -> Array:
+    """Root mean square of error(cos theta) over a rule, uniform in theta if None."""
+    return jnp.sqrt(integrate(lambda mu: error(mu) ** 2, uniform_theta_rule(NODES) if rule is None else rule))
 
 
 @evaluates("C.schlick_dielectric", "n")
@@ -126,19 +126,17 @@ def _gulbrandsen_inverse(c: Columns) -> dict[str, Array]:
     jit=False,
 )
 def _d3d9_fit(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    @jax.jit
+    def schlick5(n: Array, rule: Rule) -> Array:
+        return _rms(lambda mu: fresnel.schlick_dielectric(mu, n) - fresnel.dielectric(mu, n), rule)
+
     rows = []
     for n, metric in zip(c["n"], c["metric"], strict=True):
         rule = RULES[metric](NODES)
         free, p_only = d3d9.best_fit(n, rule), d3d9.best_fit(n, rule, free_multiplier=False)
-        schlick5 = _rms_of_schlick(n, rule)
-        rows.append((free.r0, free.p, free.m, free.rms, free.r0 + free.m, p_only.p, p_only.rms, schlick5))
+        rows.append((free.r0, free.p, free.m, free.rms, free.r0 + free.m, p_only.p, p_only.rms, schlick5(n, rule)))
     names = "R0", "p", "m", "rms", "R0+m", "p_only", "rms_p_only", "rms_schlick5"
     return dict(zip(names, np.asarray(rows).T, strict=True))
-
-
-@jax.jit
-def _rms_of_schlick(n: Array, rule: Any) -> Array:
-    return jnp.sqrt(integrate(lambda mu: (fresnel.schlick_dielectric(mu, n) - fresnel.dielectric(mu, n)) ** 2, rule))
 
 
 @evaluates("C.schlick_internal", "n theta_deg")

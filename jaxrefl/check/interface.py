@@ -114,10 +114,10 @@ def _conductor(c: Columns) -> dict[str, Array]:
 def _small_extinction(c: Columns) -> dict[str, Array]:
     mu, eta, k = c["cos_theta"], c["eta"], c["k"]
 
-    def slope(u: Array) -> Array:  # dR/dk at k u^2: smooth in u, also where R is a square root in k
+    def slope(u: Array) -> Array:  # dR/dk at k u^2: smooth in u, also at the critical angle, where R is a root in k
         return 2 * u * slopes(fresnel.conductor, mu, eta, u * u * k)[2]
 
-    mean = integrate(slope, gauss_legendre(12))
+    mean = integrate(slope, gauss_legendre(12))  # exact to the last digit; more nodes come too close to k = 0 there
     return {"R": fresnel.conductor(mu, eta, k), "R-R(k=0)": k * mean, "(R-R0)/k": mean}
 
 

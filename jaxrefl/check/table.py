@@ -200,9 +200,9 @@ def evaluate(name: str) -> list[Row]:
         raise ValueError(f"name = {name!r} is not one of {block_names()}")
     if jnp.result_type(float) != jnp.float64:
         raise RuntimeError("the check compares in float64: call jax.config.update('jax_enable_x64', True) first")
-    block, evaluator, rows = _blocks()[name], evaluators[name], []
-    for quantity, values in _computed(name).items():
-        texts = block.columns[quantity]
+    block, evaluator, computed, rows = _blocks()[name], evaluators[name], _computed(name), []
+    for quantity in sorted(computed, key=list(block.columns).index):
+        texts, values = block.columns[quantity], computed[quantity]
         rtol = max(block.rtol, DERIVATIVE_RTOL if quantity in evaluator.derivatives else VALUE_RTOL)
         for i, (value, text) in enumerate(zip(np.broadcast_to(values, len(texts)).tolist(), texts, strict=True)):
             label = _label(name, i if quantity in block.fields else None)

@@ -165,7 +165,7 @@ def error_map(
     levels: Sequence[float] = (0.01,),
     range: tuple[float, float] = (1e-4, 1.0),
     bar: bool = True,
-    label_contours: bool = True,
+    label_contours: bool | Sequence[tuple[float, float]] = True,
 ) -> list[Any]:
     """Magnitude of an error over two variables, on a logarithmic colour scale, with labelled contours.
 
@@ -174,7 +174,8 @@ def error_map(
         error: array (m, n), or a callable of the broadcast grids; its absolute value is drawn.
         levels: contours to draw.
         range: ends of the colour scale; what is outside is drawn in the end colour, NaN not at all.
-        bar, label_contours: draw a colour bar; write the level on each contour.
+        bar: draw a colour bar.
+        label_contours: write the level on each contour, or only where a contour comes nearest to the given points.
 
     Returns:
         [mesh, contours].
@@ -187,7 +188,8 @@ def error_map(
     lines = ax.contour(x, y, z, levels=list(levels), colors="white", linewidths=1.2)
     lines.set_path_effects([patheffects.withStroke(linewidth=2.4, foreground="black")])
     if label_contours:
-        ax.clabel(lines, fmt=lambda v: f"{v:.3g}", fontsize="small")
+        manual = None if label_contours is True else label_contours
+        ax.clabel(lines, fmt=lambda v: f"{v:.3g}", fontsize="small", **({} if manual is None else {"manual": manual}))
     if bar:
         ax.figure.colorbar(mesh, ax=ax, label=zlabel, extend="both")
     ax.grid(False)

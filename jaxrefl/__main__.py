@@ -1,0 +1,6 @@
+"""`python -m jaxrefl` is the command `jaxrefl`."""
+
+from .cli import main
+
+if __name__ == "__main__":
+    main()

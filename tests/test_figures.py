@@ -1,0 +1,164 @@
+"""The claim of every caption, asserted from the numbers that the figure draws; and what `jaxrefl figures` promises."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jaxrefl import gallery
+
+
+@pytest.fixture(scope="module")
+def figure():
+    """Computed data and caption of a figure, each computed once."""
+    cache = {}
+
+    def get(name):
+        if name not in cache:
+            entry = gallery.load(name)
+            cache[name] = ({key: np.asarray(value) for key, value in entry.compute().items()}, entry.caption)
+        return cache[name]
+
+    return get
+
+
+def says(caption, *numbers):
+    """The caption contains each number, already rounded to the digits it prints."""
+    missing = [number for number in numbers if number not in caption]
+    assert not missing, f"{missing} not in: {caption}"
+
+
+def at(data, key, theta):
+    return data[key][..., np.argmin(np.abs(data["theta_deg"] - theta))]
+
+
+def test_every_figure_has_a_claim_asserted_here():
+    source = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    tests = {node.name for node in source.body if isinstance(node, ast.FunctionDef)}
+    assert {f"test_{name}" for name in gallery.names()} <= tests
+
+
+def test_d3d9_fresnel(figure):
+    data, caption = figure("d3d9_fresnel")
+    says(caption, *(f"{value:.2f}" for value in data["at_60_deg"]), "R0 = 0.04")
+    assert at(data, "p2", 60) == pytest.approx(0.28, rel=1e-12)
+    assert at(data, "p4", 60) == pytest.approx(0.10, rel=1e-12)
+    assert (np.diff(at(data, "over_p", 60)) < 0).all()
+    np.testing.assert_allclose(at(data, "over_m", 90), 0.04 + data["m"], rtol=1e-14)
+    np.testing.assert_allclose(at(data, "over_r0", 0), data["r0"], rtol=1e-14)
+    for family in ("over_p", "over_r0"):
+        np.testing.assert_allclose(at(data, family, 90), 1.0, rtol=1e-14)
+
+
+def test_d3d9_model(figure):
+    data, caption = figure("d3d9_model")
+    says(caption, "(0.8, 0.5, 0.2)")
+    np.testing.assert_array_equal(data["metallic"], [0.8, 0.5, 0.2])
+    np.testing.assert_allclose(data["r"][-1], 0.0, atol=1e-15)
+    np.testing.assert_allclose(data["R_tot"][-1], 1.0, rtol=1e-15)
+    assert data["pixel_max"] > 1.1
+
+
+def test_d3d9_energy(figure):
+    data, caption = figure("d3d9_energy")
+    says(caption, f"{100 * (at(data, 'eq6', 0)[0] - 1):.0f} % too much", f"{100 * (data['eq6_average'] - 1):.2f} %")
+    assert at(data, "eq6", 90)[0] == pytest.approx(2.0, rel=1e-14)
+    assert (at(data, "eq6_euclidean", 0)[1:] < 1).all()
+    np.testing.assert_allclose(data["eq8_sent"], 1.0, rtol=1e-14)
+    says(caption, f"{data['eq8_viewed'][0].min():.3f}", f"{data['eq8_viewed'][0].max():.3f}")
+    says(caption, f"{float(data['ratio_0_89']):.1f}")
+
+
+def test_d3d9_fit(figure):
+    data, caption = figure("d3d9_fit")
+    says(caption, *(f"{rms:.4f}" for rms in (*data["rms"], *data["rms_schlick"])))
+    says(caption, *(f"{value:.3f}" for value in data["r0"] + data["m"]))
+    assert (data["rms"] < data["rms_tied"]).all()
+    assert (data["rms_tied"] < data["rms_schlick"]).all()
+
+
+def test_fresnel_dielectric(figure):
+    data, caption = figure("fresnel_dielectric")
+    says(caption, *(f"{angle:.1f}°" for angle in (*data["brewster_deg"], float(data["critical_deg"]))))
+    np.testing.assert_allclose(data["normal"], 0.04, rtol=1e-14)
+    assert data["brewster_deg"].sum() == pytest.approx(90, rel=1e-14)
+    total = data["theta_deg"] > data["critical_deg"]
+    assert (data["inside_sp"][:, total] == 1).all()
+    assert (data["inside_sp"][:, ~total] < 1).all()
+    exact = data["inside_sp"].mean(axis=0)
+    assert np.abs(data["schlick_inside"] - exact).max() < 0.05
+    assert np.abs(data["schlick_inside_wrong"] - exact).max() > 0.95
+
+
+def test_fresnel_conductor(figure):
+    data, caption = figure("fresnel_conductor")
+    worst = data["max_error"].argmax()
+    assert (data["metal"][worst], data["wavelength_nm"][worst]) == ("aluminium", 652.25)
+    says(caption, f"{data['max_error'][worst]:.3f} at {data['max_error_deg'][worst]:.1f}°")
+    assert data["max_error"][data["metal"] == "silver"].max() < 0.01
+    dips = data["exact"].min(axis=1) < data["exact"][:, 0] - 1e-6
+    assert {*data["metal"][dips]} == {"gold", "silver", "copper", "aluminium"}
+    assert (np.diff(data["schlick"], axis=1) >= -1e-15).all()
+
+
+def test_schlick_atlas(figure):
+    data, caption = figure("schlick_atlas")
+    worst, best = data["example_error"].argmax(), data["example_error"].argmin()
+    assert (data["example"][worst], data["example"][best]) == (1.1, 1.5)
+    says(caption, f"off by {data['example_error'][worst]:.2f} at {data['example_deg'][worst]:.1f}°")
+    says(caption, f"off by {data['example_error'][best]:.3f} at {data['example_deg'][best]:.1f}°")
+    assert data["max_error_below_45_deg"] <= 0.01
+    assert data["reversal_defect"] < 1e-14
+
+
+def test_misprints(figure):
+    data, caption = figure("misprints")
+    squares = complex(data["literal_squares_60"])
+    says(caption, f"{squares.real:.3f} + {squares.imag:.3f}i", f"{float(data['R_60']):.3f}")
+    says(caption, f"R_p = {float(data['literal_denominator_60']):.2f} instead of {float(data['R_p_60']):.3f}")
+    assert squares == pytest.approx(0.0061899208052317663 + 0.41483388302285345j, rel=1e-13)
+    assert float(data["literal_denominator_60"]) == pytest.approx(2.2603756365658426, rel=1e-13)
+    assert data["literal_denominator"][0] > 1e4
+
+
+def test_bounce_series(figure):
+    data, caption = figure("bounce_series")
+    says(caption, f"{float(data['limit']):.4f}", f"{data['truncated'][10]:.4f}", f"{data['folded'][10]:.4f}")
+    assert data["limit"] == pytest.approx(39 / 70, rel=1e-15)
+    assert (data["truncated"] < data["limit"]).all()
+    assert {*np.sign(data["folded"] - data["limit"])} == {-1.0, 1.0}
+    assert (data["limit"] - data["truncated"] <= data["bound"]).all()
+    says(caption, f"{int(data['bounces_needed'])} bounces are needed for 1/255")
+    assert data["weights_and_remainder"] == pytest.approx(1, rel=1e-15)
+    assert np.abs(data["slope"][::2])[-1] < 1e-2 * np.abs(data["slope"][0])
+
+
+def test_jhu_tree(figure):
+    data, caption = figure("jhu_tree")
+    says(caption, f"= {float(data['total']):.2f}", "0.46 and 0.4", "1, 0.5, 0.1")
+    np.testing.assert_allclose(data["d_reflected"][:2], [0.46, 0.4], rtol=1e-15)
+    np.testing.assert_allclose(data["d_local"], [1, 0.5, 0.1], rtol=1e-15)
+    assert data["convex"] == pytest.approx(0.5, rel=1e-15)
+    assert data["limit"] == pytest.approx(0.5, rel=1e-15)
+    np.testing.assert_allclose(data["conserving"], data["depth"] + 1, rtol=1e-14)
+    assert data["exploding"][-1] > 20 * data["exploding"][0]
+
+
+def test_why_pi(figure):
+    data, caption = figure("why_pi")
+    assert (data["error_gauss_cos"] <= 4e-16).all()
+    assert (data["error_gauss_theta"][data["n_gauss_theta"] >= 10] <= 4e-16).all()
+    assert (data["error_gauss_theta"][data["n_gauss_theta"] <= 6] > 1e-11).all()
+
+    def order(name):
+        n, error = data[f"n_{name}"], data[f"error_{name}"]
+        use = (n >= 8) & (error > 1e-13)
+        return np.polyfit(np.log(n[use]), np.log(error[use]), 1)[0]
+
+    assert order("midpoint") == pytest.approx(-2, abs=0.02)
+    assert order("simpson") == pytest.approx(-4, abs=0.1)
+    says(caption, "n^-2", "n^-4", "1/sqrt(3 n)")
+    sigma = 1 / np.sqrt(3 * data["n_monte_carlo"])
+    assert (np.abs(np.log2(data["error_monte_carlo"] / sigma)) < 1).all()
+    assert 1e-4 < data["error_monte_carlo"][-1] < 1e-3
