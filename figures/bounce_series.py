@@ -8,7 +8,7 @@ from jaxrefl import plot, series
 
 CAPTION = """The bounce series (5) between two facing mirrors, α = 0.9 and 0.8, colours 0.3 and 0.7. Truncation (tail
 0) rises to the limit 0.5571 from below, and setting the last α to 0 reaches it from both sides: 0.4551 and 0.5074
-after 10 bounces. The error stays under the bound α_max^(N+1) c_max, by which 50 bounces are needed for 1/255. Middle:
+after 10 bounces. The error stays under the bound α_max^(N+1) c_max, by which 49 bounces are needed for 1/255. Middle:
 the weights (1 - α_i) ∏ α_k and the remainder sum to 1. Right: the derivative of the pixel in each α decays with the
 weight: what hides behind weak mirrors has no gradient."""
 SIZE = (9.6, 3.7)
