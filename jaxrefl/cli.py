@@ -5,6 +5,7 @@ The commands compute in float64: the command line is the program, so it may swit
 
 from __future__ import annotations
 
+import io
 import json
 import platform
 import sys
@@ -33,6 +34,9 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Entry point of the command `jaxrefl`; a `ValueError` becomes one plain line and exit code 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a console without Greek letters still shows the rest
     try:
         app()
     except ValueError as error:
@@ -74,6 +78,8 @@ def figures(
     listing: Annotated[bool, typer.Option("--list", help="List names, parameters and captions, and stop.")] = False,
 ) -> None:
     """Draw the figures of the gallery."""
+    from . import plot
+
     entries = gallery.load_all(names or gallery.names())
     if listing:
         for entry in entries:
@@ -83,8 +89,8 @@ def figures(
     kinds = formats.split(",")
     if wrong := [kind for kind in kinds if kind not in gallery.FORMATS]:
         raise ValueError(f"format = {','.join(wrong)!r} must be among {', '.join(gallery.FORMATS)}")
-    if style not in (styles := ("paper", "slide", "dark")):
-        raise ValueError(f"style = {style!r} must be one of {', '.join(styles)}")
+    if style not in plot.STYLES:
+        raise ValueError(f"style = {style!r} must be one of {', '.join(plot.STYLES)}")
     chosen = gallery.parse_settings(entries, settings or [])
     jax.config.update("jax_enable_x64", True)
     raise typer.Exit(_draw_all(entries, out, kinds, chosen, style, data))

@@ -205,19 +205,22 @@ def monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int) -> Estimate:
     return Estimate(values.mean(axis=0), values.std(axis=0, ddof=1) / jnp.sqrt(n))
 
 
-def cosine_integral(rule: HemisphereRule) -> Float[Array, ""]:
-    """Integral of cos theta over the hemisphere: the Lambertian pi, by a product rule.
+def cosine_integral(rule: HemisphereRule | None = None) -> Float[Array, ""]:
+    """Integral of cos theta over the hemisphere: the Lambertian pi, by a product rule (8 x 16 nodes if None).
 
     Source: LAMBERT-FRESNEL, the integral of |cos theta_i| over H^2.
     """
-    return integrate(lambda wi: wi.z, rule)
+    return integrate(lambda wi: wi.z, hemisphere_rule(8, 16) if rule is None else rule)
 
 
-def cosine_integral_1d(rule: Rule) -> Float[Array, ""]:
+def cosine_integral_1d(rule: Rule | None = None) -> Float[Array, ""]:
     """The Lambertian pi as pi int sin(2 theta) dtheta over [0, pi/2], by a rule on [0, 1] scaled to that interval.
+
+    The rule is 16 Gauss-Legendre nodes if None.
 
     Source: LAMBERT-FRESNEL, the identity sin 2 theta = 2 sin theta cos theta.
     """
+    rule = gauss_legendre(16) if rule is None else rule
     return jnp.pi * integrate(lambda t: 0.5 * jnp.pi * jnp.sin(jnp.pi * t), rule)
 
 

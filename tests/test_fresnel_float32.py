@@ -1,0 +1,77 @@
+"""Fresnel in single precision, on a million random points, against double precision at the same rounded inputs."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxrefl import fresnel
+
+N = 1_000_000
+EPS = float(np.finfo(np.float32).eps)
+
+CASES = {
+    "dielectric": (fresnel.dielectric, None),
+    "conductor": (fresnel.conductor, lambda rng: rng.uniform(0, 10, N)),
+    "conductor with k = 0": (fresnel.conductor, lambda rng: np.zeros(N)),
+    "conductor with small k": (fresnel.conductor, lambda rng: rng.uniform(0, 1e-2, N)),
+    "conductor with tiny k": (fresnel.conductor, lambda rng: 10 ** rng.uniform(-30, -2, N)),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request):
+    f, extinction = CASES[request.param]
+    rng = np.random.default_rng(11)
+    columns = [rng.uniform(0, 1, N), rng.uniform(0.05, 4, N)]
+    if extinction is not None:
+        columns.append(extinction(rng))
+    return f, tuple(jnp.asarray(x, jnp.float32) for x in columns)
+
+
+def value_and_slopes(f, points):
+    """Value and elementwise derivatives: one tangent of ones per argument."""
+
+    def slope(i, *x):
+        return jax.jvp(lambda xi: f(*x[:i], xi, *x[i + 1 :]), (x[i],), (jnp.ones_like(x[i]),))[1]
+
+    return jax.jit(lambda *x: (f(*x), [slope(i, *x) for i in range(len(x))]))(*points)
+
+
+def error_over_allowed(single, f, points):
+    wide = tuple(x.astype(jnp.float64) for x in points)
+    exact, slopes = value_and_slopes(f, wide)
+    assert exact.dtype == jnp.float64
+    allowed = 2e-6 + 4 * EPS * sum(abs(x * slope) for x, slope in zip(wide, slopes, strict=True))
+    return abs(single.astype(jnp.float64) - exact) / allowed
+
+
+def test_single_precision_is_as_good_as_its_rounded_arguments_allow(case):
+    f, points = case
+    single = jax.jit(f)(*points)
+    assert single.dtype == jnp.float32
+    ratio = error_over_allowed(single, f, points)
+    worst = jnp.argmax(jnp.where(jnp.isnan(ratio), jnp.inf, ratio))
+    assert ratio[worst] <= 1, [float(x[worst]) for x in points]
+
+
+def test_single_precision_slopes_are_finite_forwards_and_backwards(case):
+    f, points = case
+    backward = jax.jit(jax.grad(lambda *x: f(*x).sum(), tuple(range(len(points)))))(*points)
+    for slope in (*value_and_slopes(f, points)[1], *backward):
+        assert slope.dtype == jnp.float32
+        assert jnp.isfinite(slope).all()
+
+
+def test_the_criterion_rejects_the_printed_real_form():
+    rng = np.random.default_rng(11)
+    mu, eta, k = (rng.uniform(*ends, N).astype(np.float32) for ends in ((0, 1), (0.05, 1), (1e-4, 1e-2)))
+    sin2 = 1 - mu * mu
+    t0 = eta * eta - k * k - sin2
+    root = np.sqrt(t0 * t0 + 4 * eta * eta * k * k)
+    a = np.sqrt(np.maximum(0.5 * (root + t0), 0))
+    r_s = (root - 2 * a * mu + mu * mu) / (root + 2 * a * mu + mu * mu)
+    num, mixed = mu * mu * root + sin2 * sin2, 2 * a * mu * sin2
+    printed = 0.5 * r_s * (1 + (num - mixed) / (num + mixed))
+    assert printed.dtype == np.float32
+    assert error_over_allowed(printed, fresnel.conductor, tuple(map(jnp.asarray, (mu, eta, k)))).max() > 10
