@@ -155,7 +155,8 @@ def check(
     if as_json:
         print(json.dumps({"version": __version__, "ok": not failed, "rows": [row._asdict() for row in rows]}, indent=1))
     else:
-        _print(_row_table(failed if summary else rows))
+        if shown := failed if summary else rows:
+            _print(_row_table(shown))
         _print(_block_table(rows))
         print(f"{len(rows)} rows, {len(failed)} failed")
     raise typer.Exit(1 if failed else 0)

@@ -1,3 +1,4 @@
+# ruff: noqa: RUF009  (param(...) in a dataclass is a field declaration)
 import dataclasses
 from typing import Any
 

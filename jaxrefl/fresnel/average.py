@@ -12,25 +12,22 @@ _SWITCH = 2.5  # above this index Walsh's closed form loses less than two digits
 _NODES, _NODE_WEIGHTS = (0.5 * (x + s) for x, s in zip(np.polynomial.legendre.leggauss(16), (1.0, 0.0), strict=True))
 
 
-def _average_small(n: Array) -> Array:
-    """Average for 1 <= n <= 2.5 without cancellation; the derivation is in docs/numerics.md.
+def _average_small(x: Array) -> Array:
+    """Average for 1 <= n <= 2.5 as a function of x = (n - 1)/(n + 1), without cancellation.
 
-    With x = (n - 1)/(n + 1) and B = 2 x / (1 + x^2): F_s = x (3 n + 1) / (3 (n + 1)) and F_p = x / (1 - x)^2 times
-    the integral over t from x to 1 of ((t - B) / (1 - B t))^2 (1 / t^2 - 1), whose two terms singular at t = 0 are
-    integrated by hand and whose remainder is analytic: 16 Gauss-Legendre nodes reach float64.
+    With B = 2 x / (1 + x^2): F_s = x (2 + x) / 3 and F_p = x / (1 - x)^2 times the integral over t from x to 1 of
+    ((t - B) / (1 - B t))^2 (1 / t^2 - 1), whose two terms singular at t = 0 are integrated by hand and whose remainder
+    is analytic: 16 Gauss-Legendre nodes reach float64. The derivation is in docs/numerics.md.
     """
-    x = (n - 1) / (n + 1)
     b = 2 * x / (1 + x * x)
     b2 = b * b
-    nodes = jnp.asarray(_NODES, n.dtype).reshape((-1,) + (1,) * n.ndim)
-    weights = jnp.asarray(_NODE_WEIGHTS, n.dtype)
+    nodes, weights = (jnp.asarray(c, x.dtype).reshape((-1,) + (1,) * x.ndim) for c in (_NODES, _NODE_WEIGHTS))
     t = x + (1 - x) * nodes
     smooth = ((1 - 5 * b2 + 3 * b2 * b2) + 2 * b * (1 + b2 - b2 * b2) * t - t * t) / (1 - b * t) ** 2
-    remainder = (1 - x) * jnp.tensordot(weights, smooth, axes=1)
+    remainder = (1 - x) * jnp.sum(weights * smooth, axis=0)
     log_x = jnp.log(jnp.where(x > 0, x, 1.0))
     f_p = x / (1 - x) ** 2 * (4 * x * (1 - x) / (1 + x * x) ** 2 + 2 * b * (1 - b2) * log_x + remainder)
-    f_s = x * (3 * n + 1) / (3 * (n + 1))
-    return 0.5 * (f_s + f_p)
+    return 0.5 * (x * (2 + x) / 3 + f_p)
 
 
 def _average_walsh(m: Array) -> Array:
@@ -64,10 +61,10 @@ def average_dielectric(eta: Real) -> Result:
     """
     (eta,) = floats(eta)
     inside = eta < 1
-    n = jnp.where(inside, 1 / jnp.where(inside, eta, 1.0), eta)
-    small = n < _SWITCH
-    m = jnp.where(inside, eta, 1 / jnp.where(inside, 1.0, eta))
-    external = jnp.where(small, _average_small(jnp.where(small, n, 1.0)), _average_walsh(jnp.where(small, 0.25, m)))
+    m = jnp.where(inside, eta, 1 / jnp.where(inside, 1.0, eta))  # the smaller index over the larger
+    small = m > 1 / _SWITCH
+    x = jnp.where(inside, 1 - eta, eta - 1) / (1 + eta)
+    external = jnp.where(small, _average_small(jnp.where(small, x, 0.0)), _average_walsh(jnp.where(small, 0.25, m)))
     return jnp.where(inside, (1 - eta) * (1 + eta) + external * eta * eta, external)
 
 

@@ -111,7 +111,7 @@ def dielectric(cos_theta_i: Real, eta: Real) -> Result:
 
 def _conductor_powers(c: Array, eta: Array, k: Array, a: Array, b: Array) -> tuple[Array, ...]:
     """N^2 (real, imaginary), |c + q|^2, |N^2 c + q|^2 and the transmitted powers T_s, T_p, for q = a + i b."""
-    n2_re, n2_im = (eta - k) * (eta + k), 2 * eta * k
+    n2_re, n2_im = eta * eta - k * k, 2 * eta * k  # not a product: its slope in k would cancel at k -> 0
     den_s, den_p = (c + a) ** 2 + b * b, (n2_re * c + a) ** 2 + (n2_im * c + b) ** 2
     t_s = safe_divide(4 * c * a, den_s, fill=1.0)
     t_p = safe_divide(4 * c * (n2_re * a + n2_im * b), den_p, fill=1.0)
@@ -179,7 +179,7 @@ def amplitudes(cos_theta_i: Real, eta: Real, k: Real = 0.0) -> Amplitudes:
     """
     c, eta, k = floats(cos_theta_i, eta, k)
     q, n = lax.complex(*_refracted(c, eta, k)), lax.complex(*jnp.broadcast_arrays(eta, k))
-    n2_re, n2_im = (eta - k) * (eta + k), 2 * eta * k
+    n2_re, n2_im = eta * eta - k * k, 2 * eta * k  # not a product: its slope in k would cancel at k -> 0
     real = _brewster(c, _q_squared(c, eta) - k * k, n2_re, eta * eta + k * k < 0.5)
     over_s, over_p = safe_divide(1.0, c + q), safe_divide(1.0, n * n * c + q)
     r_s = (1 - n) * over_s * (1 + n) * over_s
