@@ -26,7 +26,7 @@ from jaxtyping import Float
 from .fresnel import average_dielectric, d3d9, dielectric, f0_dielectric
 from .params import Interval, checked, floats, require
 from .quadrature import Rule
-from .safe import safe_power
+from .safe import safe_power, safe_sqrt
 
 Color = Float[ArrayLike, "*C"]
 Scalar = Float[ArrayLike, ""]
@@ -42,9 +42,9 @@ def max_norm(color: Color) -> Float[Array, ""]:
 
 
 def euclidean_norm(color: Color) -> Float[Array, ""]:
-    """Length of a colour (C,): the other reading of |lambda|, kept for comparison (S3)."""
+    """Length of a colour (C,): the other reading of |lambda|, kept for comparison (S3). Its slope at black is 0."""
     (color,) = floats(color)
-    return jnp.linalg.norm(jnp.atleast_1d(color), axis=-1)
+    return safe_sqrt(jnp.sum(jnp.atleast_1d(color) ** 2, axis=-1))
 
 
 @checked(metallic="[0, 1]", phi="[0, inf)")
@@ -159,7 +159,7 @@ def best_fit(eta: Scalar, rule: Rule, free_multiplier: bool = True) -> Fit:
     """Least-squares (m, p) of R0 + m (1 - cos theta)^p to the exact dielectric, with the exact R0.
 
     What to type for a material of index eta. For each p the best m is linear, m = <b, y> / <b, b> with
-    b = (1 - mu)^p; p then minimises the residual: golden section on [1, 12], finished by Newton steps. A free m gives
+    b = (1 - mu)^p; p minimises what is left: the best of a grid on [1/4, 400], golden section, Newton. A free m gives
     R(90 deg) < 1; without it m = 1 - R0.
 
     Args:
@@ -198,10 +198,17 @@ def _best_fit(eta: Array, rule: Rule, free_multiplier: bool) -> Fit:
         go_left = residual(left) < residual(right)
         return jnp.where(go_left, low, left), jnp.where(go_left, right, high)
 
-    bounds = (jnp.asarray(1.0, mu.dtype), jnp.asarray(12.0, mu.dtype))
-    low, high = lax.fori_loop(0, 30, shrink, bounds)
+    def polish(_: int, p: Array) -> Array:
+        """Newton step, not taken where rounding or a flat residual would lead it out of the bracket."""
+        step = p - slope(p) / curvature(p)
+        return jnp.where((step > below) & (step < above), step, p)
+
+    grid = jnp.geomspace(0.25, 400.0, 100, dtype=mu.dtype)
+    best = jnp.clip(jnp.argmin(jax.vmap(residual)(grid)), 1, 98)
+    below, above = grid[best - 1], grid[best + 1]
+    low, high = lax.fori_loop(0, 30, shrink, (below, above))
     slope, curvature = jax.grad(residual), jax.grad(jax.grad(residual))
-    p = lax.fori_loop(0, 4, lambda _, p: p - slope(p) / curvature(p), 0.5 * (low + high))
+    p = lax.fori_loop(0, 4, polish, 0.5 * (low + high))
     return Fit(r0, multiplier(p), p, jnp.sqrt(residual(p) / jnp.sum(weight)))
 
 

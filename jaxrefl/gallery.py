@@ -137,14 +137,12 @@ def make(
     Returns:
         the files written, each complete.
     """
-    from matplotlib.figure import Figure
-
     from . import plot
 
     computed = entry.compute(**(settings or {}))
     paths = []
     with plot.style(style):
-        figure = Figure(figsize=entry.size)
+        figure = plot.figure(entry.size)
         entry.draw(computed, figure)
         for kind in formats:
             paths.append(plot.save(figure, out / f"{entry.name}.{kind}"))

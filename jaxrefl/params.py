@@ -45,7 +45,10 @@ class Interval(NamedTuple):
         body = text.strip()
         if len(body) < 5 or body[0] not in "[(" or body[-1] not in "])" or body.count(",") != 1:
             raise ValueError(f"text = {text!r} is not an interval such as '[0, 1]' or '(0, inf)'")
-        low, high = (float(part) for part in body[1:-1].split(","))
+        try:
+            low, high = (float(part) for part in body[1:-1].split(","))
+        except ValueError as error:
+            raise ValueError(f"text = {text!r}: the ends must be numbers") from error
         if not low < high:
             raise ValueError(f"text = {text!r}: the lower end must be below the upper end")
         return cls(low, high, body[0] == "(" or low == -np.inf, body[-1] == ")" or high == np.inf)
@@ -170,6 +173,6 @@ def checked(**ranges: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
 def floats(*values: ArrayLike) -> tuple[Array, ...]:
     """Arguments as arrays of one common floating dtype: integers become floats, Python numbers adapt to the arrays."""
-    values = tuple(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in values)
+    values = tuple(jnp.asarray(value) if isinstance(value, (list, tuple)) else value for value in values)
     dtype = jnp.result_type(*values, 0.0)
     return tuple(jnp.asarray(value, dtype) for value in values)

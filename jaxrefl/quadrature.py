@@ -23,6 +23,7 @@ import numpy as np
 from jax import Array, lax
 from jaxtyping import Float
 
+from .safe import safe_sqrt
 from .vec import Vec3
 
 
@@ -202,7 +203,7 @@ def monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int) -> Estimate:
     u = jax.random.uniform(key, (2, _positive("n", n, 2)))
     wi = Vec3.from_spherical(u[0], 2 * jnp.pi * u[1])
     values = 2 * jnp.pi * jax.vmap(f)(wi)
-    return Estimate(values.mean(axis=0), values.std(axis=0, ddof=1) / jnp.sqrt(n))
+    return Estimate(values.mean(axis=0), safe_sqrt(values.var(axis=0, ddof=1) / n))
 
 
 def cosine_integral(rule: HemisphereRule | None = None) -> Float[Array, ""]:

@@ -8,7 +8,7 @@ zero. A NaN that comes in goes out: nothing is hidden.
 from __future__ import annotations
 
 import jax.numpy as jnp
-from jax import Array
+from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
@@ -48,5 +48,9 @@ def safe_power(x: Float[ArrayLike, "..."], p: Float[ArrayLike, "..."]) -> Float[
         (x,) = floats(x)
         return jnp.where(x < 0, 0.0 if p else 1.0, jnp.where(x < 0, 0.0, x) ** p)
     x, p = floats(x, p)
-    regular = (x > 0) | ((x >= 0) & (p >= 1)) | jnp.isnan(x)
-    return jnp.where(regular, jnp.where(regular, x, 1.0) ** p, jnp.where(p == 0, 1.0, 0.0))
+    tiny = jnp.finfo(x.dtype).tiny
+    x = jnp.where(x <= -tiny, 0.0, x)
+    x = x - lax.stop_gradient(jnp.where(jnp.abs(x) < tiny, x, 0.0))  # exactly 0, still with derivative 1
+    regular = (x > 0) | (p > 1) | jnp.isnan(x) | jnp.isnan(p)
+    edge = jnp.where(p == 1, x, jnp.where(p == 0, 1.0, 0.0))
+    return jnp.where(regular, jnp.where(regular, x, 1.0) ** p, edge)

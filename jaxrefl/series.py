@@ -160,9 +160,9 @@ def recursive(layers: Layers, tail: ArrayLike = 0.0) -> Float[Array, "hits ..."]
         value = here.radiance + here.beta * behind
         return value, value
 
-    return lax.scan(
-        step, jnp.broadcast_to(jnp.asarray(tail, fresh.beta.dtype), fresh.beta.shape), layers, reverse=True
-    )[1]
+    behind = jnp.asarray(tail, fresh.beta.dtype)
+    behind = jnp.broadcast_to(behind, jnp.broadcast_shapes(behind.shape, fresh.beta.shape))
+    return lax.scan(step, behind, layers, reverse=True)[1]
 
 
 def periodic_limit(layers: Layers) -> Float[Array, "..."]:

@@ -32,5 +32,6 @@ from .style import RED as RED
 from .style import SKY as SKY
 from .style import STYLES as STYLES
 from .style import axes as axes
+from .style import figure as figure
 from .style import save as save
 from .style import style as style

@@ -34,6 +34,11 @@ def style(name: str = "paper") -> Iterator[None]:
         yield
 
 
+def figure(size: tuple[float, float]) -> Figure:
+    """Empty figure of a size in inches that belongs to no window."""
+    return Figure(figsize=size)
+
+
 def axes(figure: Figure | None = None, polar: bool = False) -> Axes:
     """New axes, in a new figure unless one is given."""
     figure = figure or plt.figure()
