@@ -6,11 +6,12 @@ import numpy as np
 
 from jaxrefl import d3d9, fresnel, plot, quadrature
 
-CAPTION = """This formula doubles the light. A white surface (d = 1) in a uniform white environment should show exactly
-1. D3D9 (6) shows 1 + R (1 - λ): 4 % too much at normal incidence, 8.57 % on average over the hemisphere and twice the
-light at grazing, for λ = 0, n = 1.5. Read with the Euclidean norm it loses light instead for metals. (8) sends out
-just what the sun brings in, for every sun angle, but seen from one direction it shows between 0.954 and 1.914: the
-formula is not reciprocal, by a factor of 11.9 between 0° and 89°."""
+CAPTION = """This formula doubles the light. A white surface (d = 1) in a uniform white environment should show just 1.
+D3D9 (6) shows 1 + R (1 - λ): 4 % too much at normal incidence, 8.57 % on average over the hemisphere and twice the
+light at grazing, for λ = 0, n = 1.5. Read with the Euclidean norm (dotted) it loses light at normal incidence, more
+the more metallic the surface: 0.345 is left for λ = 0.9. (8) sends out just what the sun brings in, for every sun
+angle, but seen from one direction it shows between 0.954 and 1.914: the formula is not reciprocal, by a factor of 11.9
+between 0° and 89°."""
 SIZE = (9.6, 3.8)
 
 

@@ -85,7 +85,7 @@ def additive(local_color: Float[ArrayLike, "..."], reflected: Float[ArrayLike, "
         local_color: I_local at each hit, shape (N + 1,) or (N + 1, C).
         reflected: k_rg at each hit, [0, inf) as printed; nothing there bounds it by 1 (S32).
 
-    Source: JHU, "Global Light Terms" (I_reflected there is I_r two slides on, S29) and "Attenuation".
+    Source: JHU, "Global Light Terms" (I_reflected there is I_r on the next slide, S29) and "Attenuation".
     """
     color, reflected = _columns(local_color, reflected)
     return Layers(color, jnp.ones_like(reflected), reflected)

@@ -242,7 +242,7 @@ FITS = [
 
 
 @pytest.mark.parametrize(("eta", "metric", "p", "m", "rms", "p_fixed", "rms_fixed"), FITS)
-def test_the_best_fits_to_water_glass_and_diamond_are_the_published_ones(eta, metric, p, m, rms, p_fixed, rms_fixed):
+def test_the_best_fits_to_water_glass_and_diamond_are_the_documented_ones(eta, metric, p, m, rms, p_fixed, rms_fixed):
     free, fixed = (d3d9.best_fit(eta, RULES[metric], free_multiplier=free) for free in (True, False))
     r0 = ((1 - eta) / (1 + eta)) ** 2
     np.testing.assert_allclose(free, [r0, m, p, rms], rtol=2e-8)
@@ -289,8 +289,13 @@ def test_the_best_fit_can_be_mapped_over_the_index():
 @pytest.mark.parametrize(
     ("eta", "exponent"), [(1.33, 5.055565191179175), (1.5, 4.609943946898795), (2.4, 4.913073888049383)]
 )
-def test_the_energy_exponent_has_the_published_value_and_the_exact_average(eta, exponent):
+def test_the_energy_exponent_has_the_documented_value_and_the_exact_average(eta, exponent):
     p = d3d9.energy_exponent(eta)
     assert math.isclose(p, exponent, rel_tol=1e-13)
     r0 = fresnel.f0_dielectric(eta)
     assert math.isclose(fresnel.average_d3d9(r0, 1 - r0, p), fresnel.average_dielectric(eta), rel_tol=1e-14)
+
+
+def test_metallic_reflection_alone_does_not_depend_on_the_angle():
+    metallic, light = np.array([0.8, 0.5, 0.2]), np.array([1.0, 2.0, 0.5])
+    np.testing.assert_array_equal(d3d9.metallic_reflection(metallic, 0.0, light), metallic * light)

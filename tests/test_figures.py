@@ -5,8 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
-from jaxrefl import gallery
+from jaxrefl import gallery, plot
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +44,12 @@ def test_every_figure_has_a_claim_asserted_here():
 def test_d3d9_fresnel(figure):
     data, caption = figure("d3d9_fresnel")
     says(caption, *(f"{value:.2f}" for value in data["at_60_deg"]), "R0 = 0.04")
+    figure_1 = Figure()
+    gallery.load("d3d9_fresnel").draw(data, figure_1)
+    red, blue = figure_1.axes[0].lines
+    with plot.style():
+        assert (to_hex(red.get_color()), to_hex(blue.get_color())) == ("#d55e00", "#0072b2")
+    np.testing.assert_array_equal([red.get_ydata(), blue.get_ydata()], [data["p2"], data["p4"]])
     assert at(data, "p2", 60) == pytest.approx(0.28, rel=1e-12)
     assert at(data, "p4", 60) == pytest.approx(0.10, rel=1e-12)
     assert (np.diff(at(data, "over_p", 60)) < 0).all()
@@ -64,7 +72,10 @@ def test_d3d9_energy(figure):
     data, caption = figure("d3d9_energy")
     says(caption, f"{100 * (at(data, 'eq6', 0)[0] - 1):.0f} % too much", f"{100 * (data['eq6_average'] - 1):.2f} %")
     assert at(data, "eq6", 90)[0] == pytest.approx(2.0, rel=1e-14)
-    assert (at(data, "eq6_euclidean", 0)[1:] < 1).all()
+    euclidean = at(data, "eq6_euclidean", 0)
+    assert (euclidean[1:] < 1).all()
+    assert (np.diff(euclidean) < 0).all()
+    says(caption, f"{euclidean[-1]:.3f} is left for λ = 0.9")
     np.testing.assert_allclose(data["eq8_sent"], 1.0, rtol=1e-14)
     says(caption, f"{data['eq8_viewed'][0].min():.3f}", f"{data['eq8_viewed'][0].max():.3f}")
     says(caption, f"{float(data['ratio_0_89']):.1f}")

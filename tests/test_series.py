@@ -400,3 +400,11 @@ def test_a_tree_takes_spectra_and_differentiates():
 def test_a_tree_of_negative_depth_is_refused():
     with pytest.raises(ValueError, match="depth = -1"):
         tree(0.1, 0.3, 0.5, -1)
+
+
+def test_with_every_mirror_perfect_only_the_tail_is_seen_whatever_it_is():
+    """Where alpha_i = 1 for all i the recursion leaves the pixel to its tail (S14)."""
+    layers = convex(COLOR, np.ones(5))
+    for tail in (0.0, 0.3, 7.0):
+        assert pixel(COLOR, np.ones(5), tail) == tail
+        np.testing.assert_array_equal(recursive(layers, tail), tail)
