@@ -77,3 +77,4 @@ def draw(data: dict, fig) -> None:
     plot.mark(sums, y=float(data["limit"]), text="limit {:g}", at=0.97)
     text = {"xlabel": "depth of the tree", "ylabel": "intensity I", "title": r"sums, by $k_{rg}+k_{tg}$"}
     plot.cartesian([], [], ax=sums, yscale="log", ylim=(0.08, 60), legend="upper left", **text)
+    sums.set_xticks(data["depth"][::3])

@@ -94,7 +94,7 @@ def note(ax: Axes, at: Any, text: str, **place: Any) -> Any:
 
 
 def dot(ax: Axes, at: Any, radius: float, text: str = "", color: Any = BLUE) -> Any:
-    """Filled node of a diagram with a white text in it."""
+    """Filled node of a diagram with a text in it, in the colour of the background."""
     artist = ax.add_patch(plt.Circle(at, radius, color=color, zorder=3))
-    ax.text(*at, text, ha="center", va="center", color="white", zorder=4, fontsize="small")
+    ax.text(*at, text, ha="center", va="center", color=plt.rcParams["axes.facecolor"], zorder=4, fontsize="small")
     return artist

@@ -35,8 +35,9 @@ def style(name: str = "paper") -> Iterator[None]:
 
 
 def figure(size: tuple[float, float]) -> Figure:
-    """Empty figure of a size in inches that belongs to no window."""
-    return Figure(figsize=size)
+    """Empty figure of a size in inches, grown by the root of the style's type size, that belongs to no window."""
+    growth = (plt.rcParams["font.size"] / 9) ** 0.5
+    return Figure(figsize=(growth * size[0], growth * size[1]))
 
 
 def axes(figure: Figure | None = None, polar: bool = False) -> Axes:
