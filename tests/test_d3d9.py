@@ -86,8 +86,9 @@ def test_the_euclidean_norm_of_a_light_grey_makes_the_diffuse_weight_negative():
 @pytest.mark.parametrize("norm", [d3d9.max_norm, d3d9.euclidean_norm])
 @pytest.mark.parametrize("jacobian", [jax.jacfwd, jax.jacrev])
 def test_both_norms_of_black_are_zero_with_finite_slopes(jacobian, norm):
-    assert norm(jnp.zeros(3)) == 0
-    assert jnp.isfinite(jacobian(norm)(jnp.zeros(3))).all()
+    value, slope = jax.jit(lambda color: (norm(color), jacobian(norm)(color)))(jnp.zeros(3))
+    assert value == 0
+    assert np.isfinite(slope).all()
 
 
 def test_an_offset_and_multiplier_above_one_make_the_transmitted_fraction_negative():
@@ -180,7 +181,7 @@ def test_equation_eight_conserves_energy_in_diffuse_light():
         r_tot = fresnel.d3d9(mu, R0, M, 5)
         return integrate(lambda sun: d3d9.pixel(1.0, 0.0, r_tot, fresnel.d3d9(sun, R0, M, 5)), cosine_rule(16))
 
-    assert math.isclose(integrate(seen, cosine_rule(16)), 1, rel_tol=1e-14)
+    assert math.isclose(jax.jit(lambda: integrate(seen, cosine_rule(16)))(), 1, rel_tol=1e-14)
 
 
 @pytest.mark.parametrize(("theta", "ratio"), [(80, 1.62687072833238), (89, 11.86677935191443)])
@@ -249,11 +250,15 @@ def test_the_best_fits_to_water_glass_and_diamond_are_the_documented_ones(eta, m
     np.testing.assert_allclose(fixed, [r0, 1 - r0, p_fixed, rms_fixed], rtol=2e-8)
 
 
-def root_mean_square(eta, metric, m, p):
-    mu, weight = (np.asarray(x) for x in RULES[metric])
+def above_normal(mu, eta):
     cos_t = np.sqrt(1 - (1 - mu**2) / eta**2)
     exact = (((mu - eta * cos_t) / (mu + eta * cos_t)) ** 2 + ((eta * mu - cos_t) / (eta * mu + cos_t)) ** 2) / 2
-    error = ((1 - eta) / (1 + eta)) ** 2 + m * (1 - mu) ** p - exact
+    return exact - ((1 - eta) / (1 + eta)) ** 2
+
+
+def root_mean_square(eta, metric, m, p):
+    mu, weight = (np.asarray(x) for x in RULES[metric])
+    error = m * (1 - mu) ** p - above_normal(mu, eta)
     return np.sqrt(np.sum(weight * error**2) / np.sum(weight))
 
 
@@ -261,10 +266,11 @@ def root_mean_square(eta, metric, m, p):
 @pytest.mark.parametrize("eta", [1.02, 1.1, 1.5, 2.4, 3.5])
 def test_no_small_change_of_the_best_fit_lowers_the_residual(eta, metric):
     fit = d3d9.best_fit(eta, RULES[metric])
-    best = root_mean_square(eta, metric, fit.m, fit.p)
+    m, p = float(fit.m), float(fit.p)
+    best = root_mean_square(eta, metric, m, p)
     assert math.isclose(best, fit.rms, rel_tol=1e-10)
     for angle in np.linspace(0, 2 * np.pi, 16, endpoint=False):
-        assert root_mean_square(eta, metric, fit.m + 1e-4 * np.cos(angle), fit.p + 1e-3 * np.sin(angle)) > best
+        assert root_mean_square(eta, metric, m + 1e-4 * np.cos(angle), p + 1e-3 * np.sin(angle)) > best
 
 
 @pytest.mark.parametrize("free", [True, False])
@@ -273,7 +279,7 @@ def test_the_best_fit_is_the_best_of_every_exponent_on_a_grid(eta, free):
     r0 = ((1 - eta) / (1 + eta)) ** 2
     for metric, rule in RULES.items():
         mu, weight = (np.asarray(x) for x in rule)
-        target = np.asarray(fresnel.dielectric(mu, eta)) - r0
+        target = above_normal(mu, eta)
         base = (1 - mu) ** np.geomspace(0.5, 150, 2000)[:, None]
         m = (base * target) @ weight / (base**2 @ weight) if free else np.full(2000, 1 - r0)
         best_of_grid = np.sqrt((m[:, None] * base - target) ** 2 @ weight / weight.sum()).min()

@@ -39,7 +39,7 @@ def points(n: int) -> tuple[np.ndarray, ...]:
 
 @pytest.mark.parametrize("form", [tangent_form, cosine_form])
 def test_the_printed_real_form_agrees_in_double_precision(form):
-    theta, eta, k, _ = points(5000)
+    theta, eta, k, _ = points(1000)
     printed = form(theta, *squares(np.sin(theta) ** 2, eta, k))
     np.testing.assert_allclose(printed, fresnel.conductor_sp(np.cos(theta), eta, k), rtol=1e-9, atol=1e-12)
 
@@ -58,7 +58,7 @@ def test_the_printed_real_form_agrees_to_forty_digits_rounded(form):
 
 @pytest.mark.parametrize("form", [tangent_form, cosine_form])
 def test_both_normalisations_agree_when_the_incident_medium_is_not_vacuum(form):
-    theta, n_t, k_t, n_i = points(5000)
+    theta, n_t, k_t, n_i = points(1000)
     sin2 = np.sin(theta) ** 2
     first, second = squares(sin2, n_t, k_t, n_i), squares(sin2, n_t / n_i, k_t / n_i)
     np.testing.assert_allclose(first, second, rtol=1e-9, atol=1e-12)
@@ -93,7 +93,7 @@ def test_the_printed_denominator_of_r_p_is_a_misprint():
 
 def test_the_printed_square_of_a_complex_amplitude_is_a_misprint():
     found = fresnel.amplitudes(0.5, *GOLD)
-    literal = (found.r_s**2 + found.r_p**2) / 2
+    literal = sum(np.asarray(r) ** 2 for r in (found.r_s, found.r_p)) / 2
     np.testing.assert_allclose([literal.real, abs(literal.imag)], [0.0061899208, 0.41483388], rtol=1e-7)
     np.testing.assert_allclose(fresnel.conductor(0.5, *GOLD), 0.7881319032032609, rtol=1e-14)
 

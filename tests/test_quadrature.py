@@ -66,13 +66,14 @@ def test_gauss_legendre_nodes_and_weights_are_correctly_rounded(n):
 @pytest.mark.parametrize("rule", [gauss_legendre, midpoint, trapezoid, simpson])
 def test_a_rule_on_an_interval_is_the_unit_rule_moved_there(rule):
     unit, moved = rule(4), rule(4, -1.0, 3.0)
-    np.testing.assert_allclose(moved.node, -1 + 4 * unit.node, rtol=1e-15)
-    np.testing.assert_allclose(moved.weight, 4 * unit.weight, rtol=1e-15)
+    np.testing.assert_allclose(moved.node, -1 + 4 * np.asarray(unit.node), rtol=1e-15)
+    np.testing.assert_allclose(moved.weight, 4 * np.asarray(unit.weight), rtol=1e-15)
 
 
 @pytest.mark.parametrize(("rule", "order"), [(midpoint, 2), (trapezoid, 2), (simpson, 4)])
 def test_the_error_of_a_composite_rule_falls_with_its_order(rule, order):
-    coarse, fine = (abs(integrate(jnp.exp, rule(n)) - (math.e - 1)) for n in (8, 16))
+    sums = (math.fsum(np.asarray(rule(n).weight) * np.exp(rule(n).node)) for n in (8, 16))
+    coarse, fine = (abs(total - (math.e - 1)) for total in sums)
     assert math.isclose(math.log2(coarse / fine), order, abs_tol=0.02)
 
 
@@ -154,10 +155,11 @@ def test_the_hemisphere_rule_fails_beyond_its_degree_in_the_cosine_and_in_the_az
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (8, 16)])
 def test_the_hemisphere_rule_has_unit_directions_above_the_horizon_and_the_solid_angle_of_it(shape):
     rule = hemisphere_rule(*shape)
-    assert rule.weight.shape == (shape[0] * shape[1],)
-    assert rule.wi.z.min() > 0
-    np.testing.assert_allclose(rule.wi.x**2 + rule.wi.y**2 + rule.wi.z**2, 1, rtol=4e-16)
-    assert math.isclose(math.fsum(rule.weight), 2 * math.pi, rel_tol=4e-16)
+    x, y, z, weight = map(np.asarray, (rule.wi.x, rule.wi.y, rule.wi.z, rule.weight))
+    assert weight.shape == (shape[0] * shape[1],)
+    assert z.min() > 0
+    np.testing.assert_allclose(x**2 + y**2 + z**2, 1, rtol=1e-15)
+    assert math.isclose(math.fsum(weight), 2 * math.pi, rel_tol=4e-16)
 
 
 @pytest.mark.parametrize(("shape", "name"), [((0, 4), "n_theta"), ((4, 0), "n_phi"), ((4, 2.0), "n_phi")])
@@ -216,7 +218,7 @@ def test_a_plain_sum_loses_what_an_accurate_one_keeps():
 
 @pytest.mark.parametrize("jacobian", [jax.jacfwd, jax.jacrev])
 def test_the_derivative_of_an_accurate_sum_is_that_of_a_sum(jacobian):
-    np.testing.assert_array_equal(jacobian(accurate_sum)(jnp.array([1.0, 1e16, -1e16, 3.0, 1e-16])), 1)
+    np.testing.assert_array_equal(jax.jit(jacobian(accurate_sum))(jnp.array([1.0, 1e16, -1e16, 3.0, 1e-16])), 1)
 
 
 def test_an_accurate_sum_runs_over_the_first_axis_and_keeps_the_dtype():
@@ -243,10 +245,13 @@ def test_the_one_dimensional_integral_with_few_nodes_is_not_pi():
     assert abs(cosine_integral_1d(gauss_legendre(3)) - math.pi) > 1e-4
 
 
+estimate_pi = jax.jit(cosine_integral_mc, static_argnums=1)
+
+
 def test_monte_carlo_finds_pi_within_its_error_and_the_error_is_the_exact_sigma():
     for seed in range(4):
         n = 20_000
-        value, error = cosine_integral_mc(jax.random.key(seed), n)
+        value, error = estimate_pi(jax.random.key(seed), n)
         assert abs(value - math.pi) < 5 * error
         assert math.isclose(error, math.pi / math.sqrt(3 * n), rel_tol=0.05)
 
@@ -259,7 +264,7 @@ def test_the_error_of_monte_carlo_is_the_spread_of_its_estimates():
 
 
 def test_monte_carlo_is_a_function_of_its_key():
-    first, again, other = (cosine_integral_mc(jax.random.key(seed), 20_000) for seed in (0, 0, 1))
+    first, again, other = (estimate_pi(jax.random.key(seed), 20_000) for seed in (0, 0, 1))
     assert first == again
     assert first.value != other.value
 
@@ -283,8 +288,9 @@ def test_monte_carlo_of_a_black_surface_is_zero_without_error_and_with_finite_de
     def estimate(rho):
         return monte_carlo(lambda wi: rho * wi.z, jax.random.key(0), 16)
 
-    assert estimate(0.0) == (0, 0)
-    assert jnp.isfinite(jnp.stack(jax.jit(jacobian(estimate))(0.0))).all()
+    value, slope = jax.jit(lambda rho: (estimate(rho), jacobian(estimate)(rho)))(0.0)
+    assert value == (0, 0)
+    assert np.isfinite(slope).all()
 
 
 # ---------------------------------------------------------------- Lambert's albedo
@@ -309,9 +315,9 @@ def test_the_albedo_of_a_spectrum_is_the_spectrum():
 
 @pytest.mark.parametrize("jacobian", [jax.jacfwd, jax.jacrev])
 def test_the_derivative_of_lamberts_albedo_by_its_parameter_is_one(jacobian):
-    assert math.isclose(jacobian(albedo)(0.3, 0.7), 1, rel_tol=1e-15)
-    rho = np.array([0.1, 0.5, 0.9])
-    np.testing.assert_allclose(jacobian(albedo)(rho, 0.7), np.eye(3), atol=1e-15)
+    slope = jax.jit(jacobian(albedo))
+    assert math.isclose(slope(0.3, 0.7), 1, rel_tol=1e-15)
+    np.testing.assert_allclose(slope(np.array([0.1, 0.5, 0.9]), 0.7), np.eye(3), atol=1e-15)
 
 
 def test_lamberts_albedo_does_not_depend_on_the_direction_of_view():
