@@ -15,10 +15,9 @@ between 0° and 89°."""
 SIZE = (9.6, 3.8)
 
 
-def compute(n: float = 1.5, p: float = 5.0, metallic: tuple[float, ...] = (0.0, 0.3, 0.6, 0.9)) -> dict:
-    r0 = float(fresnel.f0_dielectric(n))
-    theta = np.linspace(0, 90, 361)
-    mu = jnp.asarray(np.cos(np.deg2rad(theta)) * (theta < 90))
+def compute(eta: float = 1.5, p: float = 5.0, metallic: tuple[float, ...] = (0.0, 0.3, 0.6, 0.9)) -> dict:
+    r0 = float(fresnel.f0_dielectric(eta))
+    theta, mu = plot.angles(361)
     rule = quadrature.cosine_rule(64)
 
     def reflectance(cos_theta):
@@ -70,15 +69,13 @@ def draw(data: dict, fig) -> None:
         plot.cartesian(theta, other, ax=left, color=line.get_color(), linestyle=":")
     plot.mark(left, y=1, text="conserving", side="below", at=0.4)
     plot.cartesian([], [], ax=left, label="Euclidean |λ|", color=plot.GREY, linestyle=":")
-    plot.cartesian([], [], ax=left, title="(6): light is added", ylabel="light out / light in", ylim=(0, 2.05), **text)
-    left.legend(loc="upper left")
+    plot.labels(left, title="(6): light is added", ylabel="light out / light in", ylim=(0, 2.05), **text)
+    plot.legend(left, loc="upper left")
     for label, viewed, sent in zip(labels, data["eq8_viewed"], data["eq8_sent"], strict=True):
         (line,) = plot.cartesian(theta, viewed, ax=middle, label=label)
         plot.cartesian(theta, sent, ax=middle, color=line.get_color(), linestyle="--")
     plot.cartesian([], [], ax=middle, label="sent out, by sun angle", color=plot.GREY, linestyle="--")
-    plot.cartesian(
-        [], [], ax=middle, title="(8): right in sum, wrong in view", ylim=(0, 2.05), legend="upper left", **text
-    )
+    plot.labels(middle, title="(8): right in sum, wrong in view", ylim=(0, 2.05), legend="upper left", **text)
     plot.cartesian(
         theta[:-4],
         data["reciprocity_ratio"],

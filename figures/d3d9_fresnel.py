@@ -17,8 +17,7 @@ def compute(
     m: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8, 0.96),
     offsets: tuple[float, ...] = (0.0, 0.04, 0.1, 0.2, 0.35),
 ) -> dict:
-    theta = np.linspace(0, 90, 721)
-    mu = np.cos(np.deg2rad(theta)) * (theta < 90)
+    theta, mu = plot.angles(721)
     column = jnp.asarray
     return {
         "theta_deg": theta,
@@ -53,6 +52,6 @@ def draw(data: dict, fig) -> None:
             theta, {f"{name} = {v:g}": c for v, c in zip(values, curves, strict=True)}, ax=ax, title=title, **text
         )
     for ax in axes[1]:
-        ax.set_xlabel(plot.ANGLE)
+        plot.labels(ax, xlabel=plot.ANGLE)
     for ax in axes[:, 0]:
-        ax.set_ylabel("reflectance R")
+        plot.labels(ax, ylabel="reflectance R")

@@ -16,8 +16,7 @@ SIZE = (9.6, 3.9)
 def compute(
     r0: float = 0.04, p: float = 5.0, metallic: tuple[float, ...] = (0.8, 0.5, 0.2), diffuse: float = 0.6
 ) -> dict:
-    theta = np.linspace(0, 90, 361)
-    mu = jnp.asarray(np.cos(np.deg2rad(theta)) * (theta < 90))
+    theta, mu = plot.angles(361)
     lam = jnp.asarray(metallic)
     norm = d3d9.max_norm(lam)
 
@@ -43,8 +42,8 @@ def draw(data: dict, fig) -> None:
     scheme, curves = fig.subplots(1, 2, width_ratios=(1.05, 1.0))
     plot.canvas(scheme, (-3.1, 3.3), (-1.75, 2.2))
     layer, metal = 0.0, -1.15
-    scheme.axhspan(metal, layer, color=plot.SKY, alpha=0.25)
-    scheme.axhspan(-1.75, metal, color=plot.ORANGE, alpha=0.45)
+    plot.band(scheme, metal, layer, plot.SKY)
+    plot.band(scheme, -1.75, metal, plot.ORANGE, 0.45)
     plot.arrow(scheme, (-2.4, 2.0), (-0.9, layer), r"$\varphi$", shift=(-0.25, 0.1))
     plot.arrow(scheme, (-0.9, layer), (0.6, 2.0), r"$R\,\varphi$", color=plot.BLUE, shift=(-0.35, 0.3))
     plot.arrow(scheme, (-0.9, layer), (-0.25, metal), r"$t\varphi$", shift=(-0.3, -0.05))
@@ -65,22 +64,19 @@ def draw(data: dict, fig) -> None:
         ("R_tot", r"$R_{tot}$  (5)", "-"),
         ("pixel", f"$c$ for d = {data['diffuse']:g}  (6)", "--"),
     )
-    for key, label, line in kinds:
+    for key, _, line in kinds:
         for channel, color in enumerate(colors):
-            name = label if channel == 0 else None
-            plot.cartesian(theta, data[key][:, channel], ax=curves, label=name, color=color, linestyle=line)
+            plot.cartesian(theta, data[key][:, channel], ax=curves, color=color, linestyle=line)
     plot.mark(curves, y=1.0, text="all the light", at=0.22)
     values = ", ".join(f"{x:g}" for x in np.asarray(data["metallic"]))
-    plot.cartesian(
-        [],
-        [],
-        ax=curves,
+    plot.labels(
+        curves,
         xlabel=plot.ANGLE,
         ylabel="fraction of white light φ, by channel",
         title=f"λ = ({values}); red, green, blue channel",
         xlim=(0, 90),
         ylim=(0, 1.4),
     )
-    legend = curves.legend(loc="upper left", ncols=3)
-    for handle in legend.legend_handles:
-        handle.set_color(plot.GREY)
+    plot.legend(
+        curves, {label: {"color": plot.GREY, "linestyle": line} for _, label, line in kinds}, loc="upper left", ncols=3
+    )

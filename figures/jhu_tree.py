@@ -7,15 +7,16 @@ import numpy as np
 from jaxrefl import plot, series
 
 CAPTION = """JHU, "Attenuation": I = 0.6 + 0.5 (0.3 + 0.2 · 0.8) = 0.83, with the derivatives 0.46 and 0.4 in the two
-reflection coefficients and 1, 0.5, 0.1 in the three local intensities; PERRIN's convex rule makes 0.5 of the same
-numbers. Middle: in a tree of reflected (blue) and transmitted (orange) rays the weights of a level sum to a power of
-k_rg + k_tg. Right: for k_rg + k_tg = 0.8 the tree converges to 0.5 from a local 0.1; for 0.04 + 0.96 every level
-adds another 1, and for 0.6 + 0.5 it explodes."""
+reflection coefficients; the three hits weigh 1, 0.5 and 0.1. (PERRIN's convex rule makes 0.5 of the same numbers.)
+Middle: in a tree of reflected (blue) and transmitted (orange) rays the weights of a level sum to a power of
+k_rg + k_tg, 0.8, 0.64, 0.512. Right: sums over the levels of a tree whose every hit shows 0.1. With k_rg + k_tg = 0.8
+they converge to 0.5; with 1, a lossless surface, every level adds another 0.1; with 1.1 they explode, to 18.2 at
+depth 30."""
 SIZE = (9.6, 3.6)
 
 
 def compute(
-    local: tuple[float, ...] = (0.6, 0.3, 0.8), reflected: tuple[float, ...] = (0.5, 0.2, 0.0), depth: int = 12
+    local: tuple[float, ...] = (0.6, 0.3, 0.8), reflected: tuple[float, ...] = (0.5, 0.2, 0.0), depth: int = 30
 ) -> dict:
     shown, k = jnp.asarray(local), jnp.asarray(reflected)
 
@@ -24,9 +25,15 @@ def compute(
 
     total = additive(shown, k)
     d_local, d_k = jax.grad(lambda s, k: additive(s, k).radiance, (0, 1))(shown, k)
-    cases = {"converging": (0.1, 0.3, 0.5), "conserving": (1.0, 0.04, 0.96), "exploding": (0.1, 0.6, 0.5)}
+    levels = [np.ones(1)]
+    cases = {"converging": (0.1, 0.3, 0.5), "conserving": (0.1, 0.04, 0.96), "exploding": (0.1, 0.6, 0.5)}
+    for _ in range(3):
+        levels.append(np.outer(levels[-1], cases["converging"][1:]).ravel())
     return {
         "example_k": np.array(cases["converging"][1:]),
+        "level_weights": np.concatenate(levels),
+        "level_sums": np.array([level.sum() for level in levels]),
+        "k": np.array([sum(case[1:]) for case in cases.values()]),
         "local": shown,
         "reflected": k,
         "total": total.radiance,
@@ -58,23 +65,23 @@ def draw(data: dict, fig) -> None:
         plot.note(chain, (i, -0.42), rf"$I_{{\mathrm{{local}}{i + 1}}}$", **small)
         plot.note(chain, (i, -0.88), f"weight {weights[i]:g}\nadds {weights[i] * local[i]:.2f}", **small)
 
-    levels, (k_r, k_t) = 3, data["example_k"]
-    plot.canvas(branches, (-4.6, 4.6), (-6.6, 1.0), f"tree, $k_{{rg}}$ = {k_r:g}, $k_{{tg}}$ = {k_t:g}")
+    (k_r, k_t), level_sums = data["example_k"], data["level_sums"]
+    plot.canvas(branches, (-4.6, 6.4), (-6.6, 1.0), f"tree, $k_{{rg}}$ = {k_r:g}, $k_{{tg}}$ = {k_t:g}")
+    weight = iter(np.asarray(data["level_weights"]))
+    for level, total in enumerate(level_sums):
+        spread = 2.2 / 2.0 ** (level - 1)
+        for place in range(2**level):
+            x, y = spread * (place - (2**level - 1) / 2), -2.0 * level
+            if level:
+                parent = 2 * spread * (place // 2 - (2 ** (level - 1) - 1) / 2)
+                plot.segment(branches, (parent, y + 2), (x, y), plot.ORANGE if place % 2 else plot.BLUE)
+            plot.dot(branches, (x, y), 0.52, f"{next(weight):.3g}".lstrip("0"), plot.GREEN)
+        plot.note(branches, (5.6, y), f"sum {total:.3g}", **small)
 
-    def node(x, y, weight, level):
-        for sign, factor, color in ((-1, k_r, plot.BLUE), (1, k_t, plot.ORANGE)):
-            if level < levels:
-                child = (x + sign * 2.2 / 2**level, y - 2)
-                branches.plot(*zip((x, y), child, strict=True), color=color, zorder=1)
-                node(*child, weight * factor, level + 1)
-        plot.dot(branches, (x, y), 0.52, f"{weight:.3g}".lstrip("0"), plot.GREEN)
-
-    node(0.0, 0.0, 1.0, 0)
-    styles = (("converging", plot.GREEN, "0.3 + 0.5"), ("conserving", plot.BLUE, "0.04 + 0.96"))
-    for name, color, label in (*styles, ("exploding", plot.RED, "0.6 + 0.5")):
-        label = f"{label}, local {float(data[name][0]):g}"
-        plot.cartesian(data["depth"], data[name], ax=sums, color=color, marker="o", markersize=3, label=label)
-    plot.mark(sums, y=float(data["limit"]), text="limit {:g}", at=0.97)
+    for name, color, k in zip(
+        ("converging", "conserving", "exploding"), (plot.GREEN, plot.BLUE, plot.RED), data["k"], strict=True
+    ):
+        plot.cartesian(data["depth"], data[name], ax=sums, color=color, marker="o", markersize=2.5, label=f"{k:.2g}")
+    plot.mark(sums, y=float(data["limit"]), text="limit {:g}", at=0.97, side="below")
     text = {"xlabel": "depth of the tree", "ylabel": "intensity I", "title": r"sums, by $k_{rg}+k_{tg}$"}
-    plot.cartesian([], [], ax=sums, yscale="log", ylim=(0.08, 60), legend="upper left", **text)
-    sums.set_xticks(data["depth"][::3])
+    plot.labels(sums, yscale="log", ylim=(0.08, 40), legend="upper left", **text)

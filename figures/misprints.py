@@ -24,7 +24,7 @@ def compute(eta: float = 0.43, k: float = 2.455) -> dict:
         numerator = modulus - 2 * a * jnp.sqrt(sin2 * tan2) + sin2 * tan2
         return r_p, 0.5 * (r_s + r_p), 0.5 * (r.r_s**2 + r.r_p**2), r_s * numerator / (theta * tan2)
 
-    theta = np.linspace(1, 89.5, 886)
+    theta, _ = plot.angles(886, 1.0, 89.5)
     exact_p, exact, squared, denominator = both(theta)
     at_60 = both(60.0)
     return {
@@ -52,13 +52,13 @@ def draw(data: dict, fig) -> None:
         theta, squared.real, ax=left, label=r"real part of $(r_s^2+r_p^2)/2$", color=plot.RED, linestyle="--"
     )
     plot.cartesian(theta, squared.imag, ax=left, label="its imaginary part", color=plot.RED, linestyle=":")
-    plot.cartesian([], [], ax=left, title=f"squares of complex amplitudes; {name}", ylim=(-0.45, 1.4), **text)
-    left.legend(loc="upper left")
+    plot.labels(left, title=f"squares of complex amplitudes; {name}", ylim=(-0.45, 1.4), **text)
+    plot.legend(left, loc="upper left")
     plot.mark(left, x=60)
     plot.cartesian(theta, data["R_p"], ax=right, label=r"$R_p$", color=plot.GREEN)
     wrong = {"label": r"$R_p$ over $\theta\,\tan^2\theta$", "color": plot.RED, "linestyle": "--"}
     plot.cartesian(theta, data["literal_denominator"], ax=right, **wrong)
-    plot.cartesian([], [], ax=right, title=f"misprinted denominator; {name}", ylim=(0.1, 1000), yscale="log", **text)
-    right.legend(loc="upper right")
+    plot.labels(right, title=f"misprinted denominator; {name}", ylim=(0.1, 1000), yscale="log", **text)
+    plot.legend(right, loc="upper right")
     plot.mark(right, x=60)
     plot.mark(right, y=1, text="all the light", at=0.4)

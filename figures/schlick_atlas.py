@@ -20,12 +20,12 @@ def compute(eta_max: float = 3.0, samples: int = 600) -> dict:
     text = resources.files("jaxrefl").joinpath("data/indices.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     index = np.array([float(row["n"]) for row in rows])
-    theta = np.linspace(0, 90, samples + 1)
-    fine = np.linspace(0, 90, 9001)
+    theta, _ = plot.angles(samples + 1)
+    fine, _ = plot.angles(9001)
 
     @jax.jit
     def error(theta_deg, eta):
-        mu = jnp.cos(jnp.deg2rad(theta_deg)) * (theta_deg < 90)
+        mu = jnp.sin(jnp.deg2rad(90 - theta_deg))
         return jnp.abs(fresnel.schlick_dielectric(mu, eta) - fresnel.dielectric(mu, eta))
 
     def worst(n):
@@ -64,6 +64,8 @@ def draw(data: dict, fig) -> None:
     plot.error_map(eta, theta, data["error_inside"], ax=right, title=title, label_contours=False, **common)
     plot.note(right, (2.3, 60), "total reflection: no error", fontsize="small")
     plot.points(left, data["index"], data["max_error_deg"])
+    first = [f"{float(data['example_error'][0]):.2f}"]
+    plot.points(left, data["example"][:1], data["example_deg"][:1], first, dy=-5, color=plot.BLUE)
     for n, material, gap in zip(data["index"], data["material"], np.diff(data["index"], prepend=0), strict=True):
         side = "right" if gap < 0.1 else "left"
         plot.mark(left, x=float(n), text=str(material), side=side, at=0.3, color="white")

@@ -66,4 +66,4 @@ def draw(data: dict, fig) -> None:
     counts = data["n_monte_carlo"]
     plot.cartesian(counts, 1 / np.sqrt(3 * counts), ax=ax, color=plot.GREY, linestyle=":", label=r"$1/\sqrt{3n}$")
     plot.mark(ax, y=2.0**-52, text="float64 epsilon", at=0.99)
-    ax.legend(loc="center right")
+    plot.legend(ax, loc="center right")

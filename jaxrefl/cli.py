@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import platform
 import sys
 import time
@@ -18,6 +19,7 @@ from typing import Annotated, Any
 import jax
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -39,6 +41,12 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # a console without Greek letters still shows the rest
     try:
         app()
+    except SystemExit as end:
+        if end.code != INTERRUPTED:
+            raise
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)  # an interrupted XLA compilation may crash while the interpreter shuts down
     except ValueError as error:
         print(f"jaxrefl: {error}", file=sys.stderr)
         raise SystemExit(2) from None
@@ -86,12 +94,15 @@ def figures(
             values = ", ".join(f"{key}={_text(value)}" for key, value in entry.parameters.items())
             print(f"{entry.name}{f' ({values})' if values else ''}\n    {entry.caption}")
         return
-    kinds = formats.split(",")
+    kinds = list(dict.fromkeys(kind.strip() for kind in formats.split(",")))
     if wrong := [kind for kind in kinds if kind not in gallery.FORMATS]:
         raise ValueError(f"format = {','.join(wrong)!r} must be among {', '.join(gallery.FORMATS)}")
     if style not in plot.STYLES:
         raise ValueError(f"style = {style!r} must be one of {', '.join(plot.STYLES)}")
     chosen = gallery.parse_settings(entries, settings or [])
+    for setting in settings or []:
+        takers = [name for name, values in chosen.items() if setting.partition("=")[0] in values]
+        print(f"{setting}: {', '.join(takers)}", file=sys.stderr)
     jax.config.update("jax_enable_x64", True)
     raise typer.Exit(_draw_all(entries, out, kinds, chosen, style, data))
 
@@ -123,9 +134,9 @@ def _draw_all(
                 console.print("interrupted: the figures in the summary are complete")
                 code = INTERRUPTED
                 break
-            except Exception as error:  # whatever one figure does, the others are still drawn
+            except (Exception, SystemExit) as error:  # whatever one figure does, the others are still drawn
                 code, report = 1, f"FAILED: {type(error).__name__}: {error}"
-            table.add_row(entry.name, f"{time.perf_counter() - start:.2f}", report)
+            table.add_row(entry.name, f"{time.perf_counter() - start:.2f}", escape(report))
             progress.advance(task)
     _print(table)
     if code == 1:
@@ -145,11 +156,16 @@ def check(
     jax.config.update("jax_enable_x64", True)
     chosen = oracle.select(blocks)
     rows: list[oracle.Row] = []
+    interrupted = False
     with _progress(Console(stderr=True)) as progress:
         task = progress.add_task("check", total=len(chosen))
         for name in chosen:
             progress.update(task, description=name)
-            rows += oracle.evaluate(name)
+            try:
+                rows += oracle.evaluate(name)
+            except KeyboardInterrupt:
+                interrupted = True
+                break
             progress.advance(task)
     failed = [row for row in rows if not row.ok]
     if as_json:
@@ -158,8 +174,8 @@ def check(
         if shown := failed if summary else rows:
             _print(_row_table(shown))
         _print(_block_table(rows))
-        print(f"{len(rows)} rows, {len(failed)} failed")
-    raise typer.Exit(1 if failed else 0)
+        print(f"{len(rows)} rows, {len(failed)} failed{', interrupted' if interrupted else ''}")
+    raise typer.Exit(INTERRUPTED if interrupted else 1 if failed else 0)
 
 
 def _row_table(rows: Sequence[Any]) -> Table:
@@ -168,7 +184,7 @@ def _row_table(rows: Sequence[Any]) -> Table:
         verdict = "ok" if r.ok else "FAILED"
         quantity = f"{r.quantity} ({r.label})"
         numbers = f"{r.value:.15g}", f"{r.oracle:.15g}", f"{r.error:.1e}", f"{r.tolerance:.0e}"
-        table.add_row(r.block, quantity, *numbers, verdict, r.source)
+        table.add_row(r.block, escape(quantity), *numbers, verdict, escape(r.source))
     return table
 
 
@@ -201,5 +217,5 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")]
         return
     table = Table(show_header=False)
     for name, value in facts.items():
-        table.add_row(name, ", ".join(value) if isinstance(value, list) else str(value))
+        table.add_row(name, escape(", ".join(value) if isinstance(value, list) else str(value)))
     _print(table)

@@ -9,7 +9,8 @@ r"""The D3D9Client reflection model, equations (4)-(8), as formulas of colours.
 with R = R0 + m (1 - cos theta)^p from `jaxrefl.fresnel.d3d9`. A colour is an array (C,), one pixel; map over pixels
 with `vmap`. |lambda| is not defined in the document (S3): the Euclidean norm makes 1 - |lambda| negative for a grey
 above 1/sqrt(3), so the largest channel is taken, as the client's shaders do. What these formulas do to energy is in
-`docs/sources.md` and in the figure d3d9_energy: (6) adds light, (8) conserves it but is not reciprocal.
+`docs/sources.md` and in the figure d3d9_energy: (6) adds light, (8) conserves it but is not reciprocal. Later client
+code dropped R0 and weighs lambda by a luminance whose weights sum to 1.4 (S10): implemented is what the document says.
 """
 
 from __future__ import annotations
@@ -163,7 +164,7 @@ def best_fit(eta: Scalar, rule: Rule, free_multiplier: bool = True) -> Fit:
     R(90 deg) < 1; without it m = 1 - R0.
 
     Args:
-        eta: relative index, (1, inf).
+        eta: relative index, [1.001, 10]; towards 1 the best p, towards infinity the best m leave all sense.
         rule: where the fit should be good: `uniform_theta_rule`, `uniform_cosine_rule` or `cosine_rule`.
         free_multiplier: False for m = 1 - R0.
 
@@ -173,7 +174,7 @@ def best_fit(eta: Scalar, rule: Rule, free_multiplier: bool = True) -> Fit:
     Raises:
         ValueError: eta outside its range.
     """
-    require("eta", eta, Interval.parse("(1, inf)"))
+    require("eta", eta, Interval.parse("[1.001, 10]"))
     return _best_fit(jnp.asarray(eta, rule.node.dtype), rule, free_multiplier)
 
 
@@ -212,11 +213,12 @@ def _best_fit(eta: Array, rule: Rule, free_multiplier: bool) -> Fit:
     return Fit(r0, multiplier(p), p, jnp.sqrt(residual(p) / jnp.sum(weight)))
 
 
-@checked(eta="(1, inf)")
+@checked(eta="(1, 4.4]")
 def energy_exponent(eta: Float[ArrayLike, "..."]) -> Float[Array, "..."]:
     """Exponent p for which eq (3) with m = 1 - R0 has the exact average reflectance: the energy is then right.
 
-    p = (-3 + sqrt(1 + 8 (1 - R0) / (F_avg - R0))) / 2, with F_avg from `average_dielectric`.
+    p = (-3 + sqrt(1 + 8 (1 - R0) / (F_avg - R0))) / 2, with F_avg from `average_dielectric`. It grows without bound
+    towards eta = 4.448, where the average falls below R0 and no exponent serves: the range is (1, 4.4].
     """
     (eta,) = floats(eta)
     r0 = f0_dielectric(eta)

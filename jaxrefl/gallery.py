@@ -19,6 +19,7 @@ import numpy as np
 from .files import write_atomically
 
 FORMATS = ("png", "pdf", "svg")
+CSV_LIMIT = 100_000
 
 
 class Entry(NamedTuple):
@@ -154,7 +155,8 @@ def make(
 def write_data(computed: Mapping[str, Any], stem: Path) -> list[Path]:
     """What ``compute`` returned, as STEM.npz (arrays as they are) and STEM.csv (one row per element).
 
-    The columns of the CSV are name, value and the indices i, j, k of the element.
+    The columns of the CSV are name, value and the indices i, j, k of the element, empty where it has fewer; an array of
+    more than `CSV_LIMIT` elements is left to the NPZ.
     """
     arrays = {name: np.asarray(value) for name, value in computed.items()}
     npz, table = stem.with_name(f"{stem.name}.npz"), stem.with_name(f"{stem.name}.csv")
@@ -168,7 +170,9 @@ def write_data(computed: Mapping[str, Any], stem: Path) -> list[Path]:
             rows = csv.writer(file)
             rows.writerow(["name", "value", "i", "j", "k"])
             for name, array in arrays.items():
-                rows.writerows([name, value.item(), *index] for index, value in np.ndenumerate(array))
+                if array.size <= CSV_LIMIT:
+                    for index, value in np.ndenumerate(array):
+                        rows.writerow([name, np.asarray(value).item(), *index, *[""] * (3 - len(index))])
 
     write_atomically(npz, write_npz)
     write_atomically(table, write_csv)

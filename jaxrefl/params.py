@@ -54,8 +54,9 @@ class Interval(NamedTuple):
         return cls(low, high, body[0] == "(" or low == -np.inf, body[-1] == ")" or high == np.inf)
 
     def contains(self, values: np.ndarray) -> np.ndarray:
-        """Elementwise membership; NaN is outside, a closed end admits a few units of rounding."""
-        eps = _ROUNDING * np.finfo(values.dtype if values.dtype.kind == "f" else np.float64).eps
+        """Elementwise membership; NaN is outside, a closed end admits a few roundings of the dtype that computes."""
+        working = jnp.result_type(values.dtype, float) if values.dtype.kind == "f" else jnp.result_type(float)
+        eps = _ROUNDING * float(jnp.finfo(working).eps)
         low, high = self.low - eps * max(1.0, abs(self.low)), self.high + eps * max(1.0, abs(self.high))
         above = values > self.low if self.low_open else values >= low
         below = values < self.high if self.high_open else values <= high

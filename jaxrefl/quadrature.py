@@ -175,7 +175,7 @@ def accurate_sum(terms: Float[Array, "n ..."]) -> Float[Array, "..."]:
     """
     zero = jnp.zeros((), terms.dtype)
     total, error = lax.reduce((terms, jnp.zeros_like(terms)), (zero, zero), _two_sum, (0,))
-    return total + error
+    return jnp.where(jnp.isfinite(total), total + error, total)
 
 
 @accurate_sum.defjvp

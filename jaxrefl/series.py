@@ -119,8 +119,20 @@ def after_last_hit(layers: Layers, n_hits: ArrayLike, background: ArrayLike = 0.
 
 
 def _start(layers: Layers) -> State:
-    shape = jnp.broadcast_shapes(layers.color.shape[1:], layers.local.shape[1:], layers.reflected.shape[1:])
-    return State(jnp.zeros(shape, layers.color.dtype), jnp.ones(shape, layers.color.dtype))
+    """Nothing gathered, weight 1; made from the layers, so that it is mapped and sharded as they are."""
+    zero = jnp.zeros_like(layers.color[0] * layers.local[0] * layers.reflected[0])
+    return State(zero, zero + 1)
+
+
+def _forwards(state: State, layer: Layers) -> tuple[State, tuple[Array, Array]]:
+    new = bounce_step(state, layer)
+    return new, (state.beta * layer.local, new.radiance)
+
+
+def _backwards(behind: Array, layer: Layers) -> tuple[Array, Array]:
+    here = bounce_step(State(jnp.zeros_like(behind), jnp.ones_like(behind)), layer)
+    value = here.radiance + here.beta * behind
+    return value, value
 
 
 def iterative(layers: Layers, tail: ArrayLike = 0.0) -> Series:
@@ -137,12 +149,7 @@ def iterative(layers: Layers, tail: ArrayLike = 0.0) -> Series:
     Multilinear, so differentiable to any order, at alpha = 0 as well (products, no division).
     Source: PERRIN (2), (5); with more layers (6). (3) restates (1) at N + 1 (S13).
     """
-
-    def step(state: State, layer: Layers) -> tuple[State, tuple[Array, Array]]:
-        new = bounce_step(state, layer)
-        return new, (state.beta * layer.local, new.radiance)
-
-    end, (weights, partial) = lax.scan(step, _start(layers), layers)
+    end, (weights, partial) = lax.scan(_forwards, _start(layers), layers)
     return Series(end.radiance + end.beta * tail, weights, partial, end.beta)
 
 
@@ -153,16 +160,8 @@ def recursive(layers: Layers, tail: ArrayLike = 0.0) -> Float[Array, "hits ..."]
     assumption: if alpha_i = 1 for all i > N, c_i = 0 alone leaves it undetermined (S14).
     Source: PERRIN (1), (4).
     """
-    fresh = _start(layers)
-
-    def step(behind: Array, layer: Layers) -> tuple[Array, Array]:
-        here = bounce_step(fresh, layer)
-        value = here.radiance + here.beta * behind
-        return value, value
-
-    behind = jnp.asarray(tail, fresh.beta.dtype)
-    behind = jnp.broadcast_to(behind, jnp.broadcast_shapes(behind.shape, fresh.beta.shape))
-    return lax.scan(step, behind, layers, reverse=True)[1]
+    behind = _start(layers).radiance + jnp.asarray(tail, layers.color.dtype)
+    return lax.scan(_backwards, behind, layers, reverse=True)[1]
 
 
 def periodic_limit(layers: Layers) -> Float[Array, "..."]:
@@ -182,6 +181,7 @@ def periodic_limit(layers: Layers) -> Float[Array, "..."]:
     return period.radiance / (1 - period.remainder)
 
 
+@checked(reflected="[0, inf)", transmitted="[0, inf)")
 def tree(local_color: ArrayLike, reflected: ArrayLike, transmitted: ArrayLike, depth: int) -> Series:
     """Homogeneous reflect + transmit tree I = I_local + k_rg I_r + k_tg I_t of a given depth.
 
@@ -197,7 +197,7 @@ def tree(local_color: ArrayLike, reflected: ArrayLike, transmitted: ArrayLike, d
     return iterative(additive(*(jnp.broadcast_to(x, (depth + 1, *x.shape)) for x in (local_color, k))))
 
 
-@checked(reflectivity_max="[0, 1]", color_max="[0, inf)")
+@checked(n_bounces="[0, inf)", reflectivity_max="[0, 1]", color_max="[0, inf)")
 def truncation_bound(n_bounces: int, reflectivity_max: ArrayLike, color_max: ArrayLike = 1.0) -> Float[Array, "..."]:
     """Bound on what PERRIN's sum (5) leaves out after N bounces: alpha_max^(N+1) c_max, for colours in [0, c_max].
 
@@ -229,9 +229,10 @@ def bounces_needed(epsilon: float, reflectivity_max: float, color_max: float = 1
     ratio = epsilon / color_max
     if reflectivity_max <= ratio:
         return 0
-    n = max(0, math.ceil(math.log(ratio) / math.log(reflectivity_max) - 1))
-    while n > 0 and reflectivity_max**n <= ratio:  # the logarithms may round to the wrong side
+    log_ratio = math.log(epsilon) - math.log(color_max)  # finite also where the quotient underflows
+    n = max(0, math.ceil(log_ratio / math.log(reflectivity_max) - 1))
+    while n > 0 and 0 < reflectivity_max**n <= ratio:  # the logarithms may round to the wrong side
         n -= 1
-    while reflectivity_max ** (n + 1) > ratio:
+    while reflectivity_max ** (n + 1) > ratio > 0:
         n += 1
     return n

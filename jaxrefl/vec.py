@@ -100,7 +100,10 @@ def norm(a: Vec3) -> Float[Array, "..."]:
 
 
 def normalize(a: Vec3) -> Vec3:
-    """Unit vector a / |a|; the zero vector stays zero, with derivative 0."""
+    """Unit vector a / |a|; the zero vector stays zero, with derivative 0.
+
+    |a|^2 has to be a number of the dtype: in float32 1e-19 < |a| < 1e19. Outside, the result is the zero vector.
+    """
     return a * safe_divide(1.0, norm(a))
 
 

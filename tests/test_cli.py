@@ -67,6 +67,22 @@ def test_formats_data_and_settings_reach_the_files(folder, tmp_path):
         rows = [(row["name"], row["value"], row["i"]) for row in csv.DictReader(file)]
     assert ("y", "3.5", "1") in rows
     assert len(rows) == 6
+    assert {line.count(",") for line in (out / "aaa.csv").read_text().splitlines()} == {4}
+
+
+def test_a_path_in_square_brackets_is_printed_as_it_is(folder, tmp_path):
+    for name in ("run[best]", "a[/b]"):
+        result = invoke("figures", "aaa", "--out", tmp_path / name)
+        assert result.exit_code == 0
+        assert name in result.output.replace("\n", "")
+
+
+def test_a_format_given_twice_is_written_once(folder, tmp_path):
+    assert invoke("figures", "aaa", "--out", tmp_path / "out", "--format", "png, png").output.count("aaa.png") == 1
+
+
+def test_a_setting_names_the_figures_that_took_it(folder, tmp_path):
+    assert "count=5: zzz" in invoke("figures", "aaa", "zzz", "--out", tmp_path / "out", "--set", "count=5").output
 
 
 def test_equal_figures_are_equal_files(folder, tmp_path):
@@ -149,6 +165,21 @@ def test_check_fails_when_a_row_fails(monkeypatch):
     assert result.exit_code == 1
     assert "FAILED" in result.output
     assert f"{len(rows)} failed" in result.output
+
+
+def test_an_interrupted_check_keeps_the_rows_it_has(monkeypatch):
+    evaluate = check.evaluate
+
+    def interrupted(name):
+        if name == "H.tree":
+            raise KeyboardInterrupt
+        return evaluate(name)
+
+    monkeypatch.setattr(check, "evaluate", interrupted)
+    result = invoke("check", "H.jhu", "H.tree")
+    assert result.exit_code == cli.INTERRUPTED
+    assert "0.83" in result.output
+    assert "interrupted" in result.output
 
 
 def test_check_names_the_blocks_when_asked_for_an_unknown_one():

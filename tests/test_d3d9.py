@@ -104,8 +104,8 @@ def test_an_offset_and_multiplier_above_one_make_the_transmitted_fraction_negati
         (lambda: d3d9.pixel(-1.0, 0.5, 0.1), "diffuse = -1.0 is outside [0, inf)"),
         (lambda: d3d9.alpha_printed(2.0, 0.1), "diffuse_alpha = 2.0 is outside [0, 1]"),
         (lambda: d3d9.alpha_premultiplied(0.5, 1.5), "reflectance = 1.5 is outside [0, 1]"),
-        (lambda: d3d9.best_fit(0.9, RULES["mu"]), "eta = 0.9 is outside (1, inf)"),
-        (lambda: d3d9.energy_exponent(1.0), "eta = 1.0 is outside (1, inf)"),
+        (lambda: d3d9.best_fit(0.9, RULES["mu"]), "eta = 0.9 is outside [1.001, 10]"),
+        (lambda: d3d9.energy_exponent(1.0), "eta = 1.0 is outside (1, 4.4]"),
     ],
 )
 def test_an_argument_outside_its_range_is_named_with_value_and_range(call, message):
@@ -305,3 +305,13 @@ def test_the_energy_exponent_has_the_documented_value_and_the_exact_average(eta,
 def test_metallic_reflection_alone_does_not_depend_on_the_angle():
     metallic, light = np.array([0.8, 0.5, 0.2]), np.array([1.0, 2.0, 0.5])
     np.testing.assert_array_equal(d3d9.metallic_reflection(metallic, 0.0, light), metallic * light)
+
+
+def test_the_energy_exponent_is_finite_up_to_the_index_beyond_which_there_is_none():
+    """Where the average falls below R0, at 4.448, no exponent has it."""
+    p = d3d9.energy_exponent(np.linspace(1.01, 4.4, 200))
+    assert np.isfinite(p).all()
+    assert fresnel.average_dielectric(4.448) > fresnel.f0_dielectric(4.448)
+    assert fresnel.average_dielectric(4.449) < fresnel.f0_dielectric(4.449)
+    with pytest.raises(ValueError, match=r"\(1, 4\.4\]"):
+        d3d9.energy_exponent(4.45)

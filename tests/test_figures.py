@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from jaxrefl import gallery, plot
+from jaxrefl import fresnel, gallery, plot
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +121,11 @@ def test_schlick_atlas(figure):
     says(caption, f"off by {data['example_error'][best]:.3f} at {data['example_deg'][best]:.1f}°")
     assert data["max_error_below_45_deg"] <= 0.01
     assert data["reversal_defect"] < 1e-14
+    row, column = 130, 200  # 19.5 degrees inside n = 1.668
+    n, sine = data["eta"][column], np.sin(np.deg2rad(data["theta_deg"][row]))
+    cos_t = np.sqrt(1 - (n * sine) ** 2)
+    outside = fresnel.schlick(cos_t, fresnel.f0_dielectric(n)) - fresnel.dielectric(cos_t, n)
+    assert data["error_inside"][row, column] == pytest.approx(abs(float(outside)), rel=1e-9)
 
 
 def test_misprints(figure):
@@ -140,20 +145,30 @@ def test_bounce_series(figure):
     assert (data["truncated"] < data["limit"]).all()
     assert {*np.sign(data["folded"] - data["limit"])} == {-1.0, 1.0}
     assert (data["limit"] - data["truncated"] <= data["bound"]).all()
-    says(caption, f"{int(data['bounces_needed'])} bounces are needed for 1/255")
+    says(caption, f"below 1/255 at {int(data['bounces_needed'])} bounces")
+    assert data["bound"][data["bounces_needed"]] < 1 / 255 < data["bound"][data["bounces_needed"] - 1]
+    alpha, color = np.resize([0.9, 0.8], 61), np.resize([0.3, 0.7], 61)
+    seen = {0: 0.3 * 0.1 + 0.9 * (0.7 * 0.2), 1: 0.7 * 0.2 + 0.8 * (0.3 * 0.1)}  # one period, from either mirror
+    behind = np.array([seen[(j + 1) % 2] / (1 - 0.72) for j in range(61)])
+    weight = np.concatenate([[1], np.cumprod(alpha)[:-1]])
+    np.testing.assert_allclose(data["slope"], weight * (behind - color), rtol=1e-12)
     assert data["weights_and_remainder"] == pytest.approx(1, rel=1e-15)
     assert np.abs(data["slope"][::2])[-1] < 1e-2 * np.abs(data["slope"][0])
 
 
 def test_jhu_tree(figure):
     data, caption = figure("jhu_tree")
-    says(caption, f"= {float(data['total']):.2f}", "0.46 and 0.4", "1, 0.5, 0.1")
+    says(caption, f"= {float(data['total']):.2f}", "0.46 and 0.4", "1, 0.5 and 0.1")
     np.testing.assert_allclose(data["d_reflected"][:2], [0.46, 0.4], rtol=1e-15)
     np.testing.assert_allclose(data["d_local"], [1, 0.5, 0.1], rtol=1e-15)
     assert data["convex"] == pytest.approx(0.5, rel=1e-15)
     assert data["limit"] == pytest.approx(0.5, rel=1e-15)
-    np.testing.assert_allclose(data["conserving"], data["depth"] + 1, rtol=1e-14)
-    assert data["exploding"][-1] > 20 * data["exploding"][0]
+    np.testing.assert_allclose(data["conserving"], 0.1 * (data["depth"] + 1), rtol=1e-14)
+    np.testing.assert_allclose(data["exploding"], 1.1 ** (data["depth"] + 1.0) - 1, rtol=1e-13)
+    np.testing.assert_allclose(data["converging"], 0.5 * (1 - 0.8 ** (data["depth"] + 1.0)), rtol=1e-14)
+    np.testing.assert_allclose(data["k"], [0.8, 1.0, 1.1], rtol=1e-15)
+    np.testing.assert_allclose(data["level_sums"], 0.8 ** np.arange(4), rtol=1e-14)
+    says(caption, f"to {data['exploding'][30]:.1f} at", *(f"{x:.3g}" for x in data["level_sums"][1:]))
 
 
 def test_why_pi(figure):
@@ -173,3 +188,50 @@ def test_why_pi(figure):
     sigma = 1 / np.sqrt(3 * data["n_monte_carlo"])
     assert (np.abs(np.log2(data["error_monte_carlo"] / sigma)) < 1).all()
     assert 1e-4 < data["error_monte_carlo"][-1] < 1e-3
+
+
+DRAWN = {
+    "bounce_series": ("weights", "remainder", "bound", "slope:abs"),
+    "d3d9_energy": ("eq6", "eq6_euclidean", "eq8_viewed", "eq8_sent", "reciprocity_ratio"),
+    "d3d9_fit": ("exact", "fitted", "tied", "schlick"),
+    "d3d9_fresnel": ("p2", "p4", "over_p", "over_m", "over_r0"),
+    "d3d9_model": ("r:T", "R_tot:T", "pixel:T"),
+    "fresnel_conductor": ("exact", "schlick"),
+    "fresnel_dielectric": ("outside_sp", "inside_sp", "schlick_outside", "schlick_inside", "schlick_inside_wrong"),
+    "jhu_tree": ("converging", "conserving", "exploding"),
+    "misprints": ("R", "R_p", "literal_squares:real", "literal_squares:imag", "literal_denominator"),
+    "schlick_atlas": ("error_outside:mesh", "error_inside:mesh"),
+    "why_pi": ("error_midpoint", "error_simpson", "error_gauss_theta", "error_gauss_cos", "error_monte_carlo"),
+}
+
+
+@pytest.mark.parametrize("name", sorted(DRAWN))
+def test_what_the_caption_speaks_of_is_what_is_drawn(figure, name):
+    data, _ = figure(name)
+    with plot.style():
+        picture = plot.figure((8, 4))
+        gallery.load(name).draw(data, picture)
+    lines = [np.asarray(line.get_ydata(), float) for ax in picture.axes for line in ax.lines]
+    meshes = [np.asarray(mesh.get_array()).ravel() for ax in picture.axes for mesh in ax.collections if mesh.axes]
+    take = {"T": np.transpose, "abs": np.abs, "real": np.real, "imag": np.imag, "": np.asarray}
+    for key, _, how in (entry.partition(":") for entry in DRAWN[name]):
+        if how == "mesh":
+            wanted = np.clip(data[key], 1e-4, 0.3).ravel()
+            assert any(m.shape == wanted.shape and np.array_equal(m, wanted) for m in meshes), key
+            continue
+        for row in np.atleast_2d(take[how](data[key])):
+            wanted = np.maximum(row, 1e-17) if name == "why_pi" else row
+            assert any(line.shape == wanted.shape and np.allclose(line, wanted, rtol=1e-12) for line in lines), key
+
+
+def test_figures_draw_with_the_plot_module_and_nothing_else():
+    """What a figure does to axes or to the figure itself is to ask it for subplots."""
+    for path in sorted(gallery.directory().glob("*.py")):
+        draw = next(
+            node
+            for node in ast.parse(path.read_text(encoding="utf-8")).body
+            if isinstance(node, ast.FunctionDef) and node.name == "draw"
+        )
+        calls = {ast.unparse(node.func) for node in ast.walk(draw) if isinstance(node, ast.Call)}
+        others = {call for call in calls if "." in call and not call.startswith(("plot.", "np."))}
+        assert others <= {"fig.subplots", "dict.fromkeys", "curves.items", "line.get_color"}, path.name

@@ -28,7 +28,7 @@ class Thing:
 
 @checked(a="[0, 1]", b="(0, inf)")
 def product(a, b=1.0, c=0.0):
-    return a * b + c
+    return jnp.asarray(a) * b + c
 
 
 def contains(text: str, value: Any) -> bool:
@@ -206,6 +206,14 @@ def test_checked_refuses_a_range_for_an_argument_that_does_not_exist():
         @checked(z="[0, 1]")
         def f(x):
             return x
+
+
+@pytest.mark.usefixtures("float32")
+@pytest.mark.parametrize("value", [0.5, np.float64(0.5), np.full(3, 0.5), [0.5, 1.0], 1, np.float32(0.5)])
+def test_checking_a_concrete_number_is_silent_in_the_default_mode_of_jax(value):
+    product(value)  # a warning is an error here
+    with pytest.raises(ValueError, match="a = "):
+        product(np.add(value, 1))
 
 
 def test_checked_keeps_the_name_the_docstring_and_the_ranges():

@@ -76,10 +76,33 @@ def test_convergence_is_logarithmic_and_shows_an_error_of_zero():
     np.testing.assert_array_equal(other.get_xdata(), [1, 4])
 
 
-def test_over_angle_maps_a_function_of_one_cosine():
-    theta, values = plot.over_angle(lambda mu: fresnel.dielectric(mu, 1.5), samples=3)
+def test_angles_come_with_cosines_that_vanish_at_ninety_degrees():
+    theta, mu = plot.angles(3)
     np.testing.assert_array_equal(theta, [0, 45, 90])
-    np.testing.assert_allclose(values, [0.04, 0.050239911012235939, 1.0], rtol=1e-12)
+    np.testing.assert_allclose(mu, [1, 0.5**0.5, 0], rtol=1e-15)
+    assert mu[-1] == 0
+
+
+def test_labels_and_legend_keys_are_what_was_given():
+    ax = plot.labels(plot.axes(), xlabel="x", title="t", xlim=(0, 2), yscale="log")
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_xlim(), ax.get_yscale()) == ("x", "", (0, 2), "log")
+    keys = plot.legend(ax, {"dashed": {"linestyle": "--"}}, loc="lower left")
+    assert [text.get_text() for text in keys.get_texts()] == ["dashed"]
+
+
+def test_polar_takes_a_label_and_refuses_cartesian_axes():
+    (lobe,) = plot.polar(np.cos, label="cos")
+    assert lobe.get_label() == "cos"
+    with pytest.raises(ValueError, match="polar=True"):
+        plot.polar(np.cos, ax=plot.axes())
+
+
+def test_convergence_takes_callables_and_draws_reference_slopes():
+    (line,) = plot.convergence([1, 10, 100], lambda n: n**-2.0, slopes=(-2,))
+    np.testing.assert_allclose(line.get_ydata(), [1, 1e-2, 1e-4])
+    reference = line.axes.lines[1]
+    x, y = reference.get_data()
+    assert np.log(y[1] / y[0]) / np.log(x[1] / x[0]) == pytest.approx(-2)
 
 
 def test_mark_writes_the_number_into_its_text_and_needs_one_coordinate():

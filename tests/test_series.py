@@ -3,6 +3,9 @@
 import itertools
 import math
 import operator
+import os
+import subprocess
+import sys
 from fractions import Fraction
 
 import jax
@@ -410,3 +413,42 @@ def test_with_every_mirror_perfect_only_the_tail_is_seen_whatever_it_is():
     for tail in (0.0, 0.3, 7.0):
         assert pixel(COLOR, np.ones(5), tail) == tail
         np.testing.assert_array_equal(recursive(layers, tail), tail)
+
+
+def test_a_second_call_compiles_nothing():
+    compilations = []
+    jax.monitoring.register_event_duration_secs_listener(
+        lambda event, *_, **__: compilations.append(event) if "backend_compile" in event else None
+    )
+    layers = convex(np.linspace(0, 1, 2 * 37).reshape(37, 2), np.linspace(0.1, 0.9, 37))  # a shape of its own
+    iterative(layers), recursive(layers), periodic_limit(layers)
+    assert compilations
+    compilations.clear()
+    iterative(layers), recursive(layers), periodic_limit(layers)
+    assert not compilations
+
+
+def test_both_forms_run_sharded_over_two_devices(tmp_path):
+    script = """
+import jax, jax.numpy as jnp, numpy as np
+from jax.sharding import Mesh, PartitionSpec as P
+from jaxrefl.series import convex, iterative, recursive
+def both(c, a):
+    return iterative(convex(c, a)).radiance, recursive(convex(c, a), 0.25)[0]
+c, a = jnp.linspace(0, 1, 20).reshape(4, 5), jnp.linspace(0.1, 0.9, 20).reshape(4, 5)
+mesh = Mesh(np.array(jax.devices()), ("tile",))
+sharded = jax.jit(jax.shard_map(jax.vmap(both), mesh=mesh, in_specs=P("tile"), out_specs=P("tile")))(c, a)
+np.testing.assert_array_equal(sharded, jax.jit(jax.vmap(both))(c, a))
+print(len(jax.devices()))
+"""
+    environment = {**os.environ, "XLA_FLAGS": "--xla_force_host_platform_device_count=2", "JAX_PLATFORMS": "cpu"}
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "2"), done.stderr
+
+
+def test_bounces_needed_takes_extreme_numbers_and_the_bound_no_negative_count():
+    assert bounces_needed(1e-300, 0.5, 1e300) == math.ceil(600 / math.log10(2) - 1)
+    assert bounces_needed(1e300, 0.5, 1e-300) == 0
+    with pytest.raises(ValueError, match="n_bounces = -1"):
+        series.truncation_bound(-1, 0.5)

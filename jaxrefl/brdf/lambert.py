@@ -29,4 +29,4 @@ class Lambert:
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         (rho,) = floats(self.rho)
-        return jnp.where((wi.z > 0) & (wo.z > 0), rho / jnp.pi, jnp.zeros_like(rho))
+        return jnp.where((wi.z < 0) | (wo.z < 0), jnp.zeros_like(rho), rho / jnp.pi)

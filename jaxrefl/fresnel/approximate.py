@@ -115,7 +115,7 @@ def gulbrandsen(r: Real, g: Real) -> tuple[Result, Result]:
 def gulbrandsen_inverse(eta: Real, k: Real) -> tuple[Result, Result]:
     """Normal reflectance r and edge tint g of a conductor, the inverse of `gulbrandsen`; (0, 0) for eta = 1, k = 0."""
     eta, k = floats(eta, k)
-    r = f0_conductor(eta, k)
+    r, lost = f0_conductor(eta, k), 4 * eta / ((eta + 1) ** 2 + k * k)  # lost = 1 - r, without the difference
     root = safe_sqrt(r)
-    low, high = (1 - r) / (1 + r), (1 + root) / (1 - root)
+    low, high = lost / (1 + r), (1 + root) ** 2 / lost
     return r, safe_divide(high - eta, high - low)

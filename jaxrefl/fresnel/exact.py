@@ -7,11 +7,15 @@ c = cos theta_i, q = N cos theta_t = sqrt(N^2 - sin^2 theta_i), Im q >= 0, the a
     r_s = (c - q) / (c + q)         =  (1 - N^2) / (c + q)^2
     r_p = (N^2 c - q)/(N^2 c + q)   =  (N^2 - 1) (q^2 - N^2 sin^2 theta_i) / (N^2 c + q)^2
 
-The right-hand forms are the ones computed: nothing cancels in them at N -> 1, and where R is large it is taken as 1 -
-T, so that a small R, a small 1 - R and their slopes all have the relative accuracy of the arithmetic. The real and
+The right-hand forms are the ones computed: nothing cancels in them at N -> 1, and where R is large it is 1 - T,
+so that a small R, a small 1 - R and their slopes all have the relative accuracy of the arithmetic. The real and
 imaginary parts of q come from the larger of the two, |N^2 - s^2| never from a difference, which is what keeps value
 and slope finite at k = 0 inside total reflection. At the critical angle itself, k = 0, the true derivative is
 infinite; the one returned there is finite.
+
+In float32 eta may lie between 1e-9 and 1e9 and k be up to 1e9: beyond, |N|^4 leaves the range of the type. The source
+prints Fresnel with two l (S35), and "a^2 + b^2 = sqrt(...)", which holds only for indices divided by n_i (S39), as
+here.
 """
 
 from __future__ import annotations

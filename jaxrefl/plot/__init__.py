@@ -10,18 +10,20 @@ Angles are drawn in degrees. The figures of this project are made with these fun
 only package that imports matplotlib, and it leaves the user's rcParams and backend alone.
 """
 
+from .curves import angles as angles
 from .curves import cartesian as cartesian
 from .curves import convergence as convergence
 from .curves import error_map as error_map
 from .curves import fresnel as fresnel
-from .curves import over_angle as over_angle
 from .curves import polar as polar
 from .diagram import arrow as arrow
+from .diagram import band as band
 from .diagram import canvas as canvas
 from .diagram import dot as dot
 from .diagram import mark as mark
 from .diagram import note as note
 from .diagram import points as points
+from .diagram import segment as segment
 from .style import ANGLE as ANGLE
 from .style import BLUE as BLUE
 from .style import GREEN as GREEN
@@ -33,5 +35,7 @@ from .style import SKY as SKY
 from .style import STYLES as STYLES
 from .style import axes as axes
 from .style import figure as figure
+from .style import labels as labels
+from .style import legend as legend
 from .style import save as save
 from .style import style as style

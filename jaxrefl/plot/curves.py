@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import jax
 import numpy as np
 from matplotlib import colors, patheffects
 from matplotlib.axes import Axes
 
 from .. import fresnel as _fresnel
 from .diagram import mark
-from .style import ANGLE, BLUE, GREEN, GREY, RED, axes, label_axes
+from .style import ANGLE, BLUE, GREEN, GREY, RED, axes, labels
 
 Curve = Any
 """An array over the abscissa, or a callable of the abscissa."""
+
+
+def angles(samples: int = 1801, first: float = 0.0, last: float = 90.0) -> tuple[np.ndarray, np.ndarray]:
+    """Angles in degrees and their cosines, 0 and not 6e-17 at 90 degrees."""
+    theta = np.linspace(first, last, samples)
+    return theta, np.sin(np.deg2rad(90.0 - theta))
 
 
 def _evaluate(curve: Curve, *abscissae: np.ndarray) -> np.ndarray:
@@ -56,15 +61,7 @@ def cartesian(
     x = np.asarray(x)
     curves = y if isinstance(y, Mapping) else {label: y}
     artists = [ax.plot(x, _evaluate(curve, x), label=name, **line)[0] for name, curve in curves.items()]
-    label_axes(ax, xlabel, ylabel, title)
-    if xlim is not None:
-        ax.set_xlim(*xlim)
-    if ylim is not None:
-        ax.set_ylim(*ylim)
-    if yscale is not None:
-        ax.set_yscale(yscale)
-    if legend:
-        ax.legend(loc=legend if isinstance(legend, str) else "best")
+    labels(ax, xlabel=xlabel, ylabel=ylabel, title=title, xlim=xlim, ylim=ylim, yscale=yscale, legend=legend)
     return artists
 
 
@@ -91,8 +88,7 @@ def fresnel(
         the Line2D artists, in the order of ``curves``.
     """
     ax = ax or axes()
-    theta = np.linspace(0.0, 90.0, samples)
-    mu = np.cos(np.deg2rad(theta)) * (theta < 90)
+    theta, mu = angles(samples)
     r_s, r_p = _fresnel.dielectric_sp(mu, eta) if k is None else _fresnel.conductor_sp(mu, eta, k)
     known: dict[str, tuple[Any, str, dict[str, Any]]] = {
         "s": (r_s, "$R_s$", {"color": BLUE, "linestyle": "--"}),
@@ -107,9 +103,7 @@ def fresnel(
         mark(ax, x=float(np.rad2deg(_fresnel.brewster_angle(eta))), text="Brewster {:.1f}°", side="left")
         if eta < 1:
             mark(ax, x=float(np.rad2deg(_fresnel.critical_angle(eta))), text="critical {:.1f}°", side="right")
-    cartesian([], [], ax=ax, xlabel=ANGLE, ylabel="reflectance R", title=title, xlim=(0, 90), ylim=(0, 1.02))
-    if legend:
-        ax.legend(loc=legend if isinstance(legend, str) else "best")
+    labels(ax, xlabel=ANGLE, ylabel="reflectance R", title=title, xlim=(0, 90), ylim=(0, 1.02), legend=legend)
     return artists
 
 
@@ -118,6 +112,7 @@ def polar(
     theta: Any = None,
     *,
     ax: Axes | None = None,
+    label: str | None = None,
     incident: float | None = None,
     title: str | None = None,
     legend: bool = True,
@@ -135,18 +130,20 @@ def polar(
         the Line2D artists.
     """
     ax = ax or axes(polar=True)
+    if ax.name != "polar":
+        raise ValueError(f"ax is {ax.name}; it must be polar, as plot.axes(polar=True) makes")
     theta = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 721) if theta is None else np.asarray(theta)
     polar_ax: Any = ax
     polar_ax.set_theta_zero_location("N")
     polar_ax.set_theta_direction(-1)
     polar_ax.set_thetamin(-90)
     polar_ax.set_thetamax(90)
-    curves = r if isinstance(r, Mapping) else {None: r}
+    curves = r if isinstance(r, Mapping) else {label: r}
     artists = [ax.plot(theta, _evaluate(curve, theta), label=name, **line)[0] for name, curve in curves.items()]
     if incident is not None:
         top = ax.get_ylim()[1]
         ax.annotate("", (0, 0), (-incident, top), arrowprops={"arrowstyle": "->", "color": GREY, "lw": 1.2})
-    label_axes(ax, None, None, title)
+    labels(ax, title=title)
     if legend and isinstance(r, Mapping):
         ax.legend(loc="lower center", ncols=3, bbox_to_anchor=(0.5, 0.02))
     return artists
@@ -193,7 +190,7 @@ def error_map(
     if bar:
         ax.figure.colorbar(mesh, ax=ax, label=zlabel, extend="both")
     ax.grid(False)
-    label_axes(ax, xlabel, ylabel, title)
+    labels(ax, xlabel=xlabel, ylabel=ylabel, title=title)
     return [mesh, lines]
 
 
@@ -214,7 +211,7 @@ def convergence(
 
     Args:
         n: counts (n,), or a dict label -> counts when each curve has its own.
-        error: errors (n,), or a dict label -> errors; absolute values are drawn.
+        error: errors (n,), a callable of the counts, or a dict label -> either; absolute values are drawn.
         slopes: exponents of reference lines n^slope.
         floor: ordinate at which zeros are drawn.
 
@@ -228,7 +225,7 @@ def convergence(
     for i, (name, values) in enumerate(curves.items()):
         counts = np.asarray(n[name] if isinstance(n, Mapping) else n, dtype=float)
         style_ = {"marker": markers[i % len(markers)], "markersize": 4, "linewidth": 1.1} | line
-        artists += ax.loglog(counts, np.maximum(np.abs(np.asarray(values, dtype=float)), floor), label=name, **style_)
+        artists += ax.loglog(counts, np.maximum(np.abs(_evaluate(values, counts)), floor), label=name, **style_)
     low, high = ax.get_xlim()
     for slope in slopes:
         reach = np.array([low * 1.2, high / 1.2])
@@ -236,13 +233,7 @@ def convergence(
         ax.annotate(
             f"$n^{{{slope:g}}}$", (reach[1], 0.3 * (reach[1] / reach[0]) ** slope), fontsize="small", color=GREY
         )
-    label_axes(ax, xlabel, ylabel, title)
+    labels(ax, xlabel=xlabel, ylabel=ylabel, title=title)
     if legend and isinstance(error, Mapping):
         ax.legend(loc=legend if isinstance(legend, str) else "best")
     return artists
-
-
-def over_angle(function: Callable[[Any], Any], samples: int = 1801) -> tuple[np.ndarray, np.ndarray]:
-    """Angles in degrees and the values of a function of ONE cosine at them, as `cartesian` takes them."""
-    theta = np.linspace(0.0, 90.0, samples)
-    return theta, np.asarray(jax.vmap(function)(np.cos(np.deg2rad(theta)) * (theta < 90)))

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib import patheffects
 from matplotlib.axes import Axes
 
-from .style import BLUE, GREY, RED, label_axes
+from .style import BLUE, GREY, RED, labels
 
 
 def mark(
@@ -64,8 +64,7 @@ def canvas(ax: Axes, xlim: tuple[float, float], ylim: tuple[float, float], title
     """Axes turned into an empty drawing plane with equal units, for `arrow`, `note` and `dot`."""
     ax.set(xlim=xlim, ylim=ylim, aspect="equal")
     ax.axis("off")
-    label_axes(ax, None, None, title)
-    return ax
+    return labels(ax, title=title)
 
 
 def arrow(
@@ -98,3 +97,13 @@ def dot(ax: Axes, at: Any, radius: float, text: str = "", color: Any = BLUE) -> 
     artist = ax.add_patch(plt.Circle(at, radius, color=color, zorder=3))
     ax.text(*at, text, ha="center", va="center", color=plt.rcParams["axes.facecolor"], zorder=4, fontsize="small")
     return artist
+
+
+def band(ax: Axes, low: float, high: float, color: Any = BLUE, alpha: float = 0.25) -> Any:
+    """Horizontal band of a diagram between two ordinates."""
+    return ax.axhspan(low, high, color=color, alpha=alpha)
+
+
+def segment(ax: Axes, start: Any, end: Any, color: Any = GREY) -> Any:
+    """Straight line of a diagram, behind its nodes."""
+    return ax.plot(*zip(start, end, strict=True), color=color, zorder=1)[0]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from ..files import write_atomically
 
@@ -59,8 +61,26 @@ def save(target: Axes | Figure, path: str | Path) -> Path:
     return path
 
 
-def label_axes(ax: Axes, xlabel: str | None, ylabel: str | None, title: str | None) -> None:
-    """Set those of the three texts that are given."""
-    for text, setter in ((xlabel, ax.set_xlabel), (ylabel, ax.set_ylabel), (title, ax.set_title)):
-        if text is not None:
-            setter(text)
+def labels(
+    ax: Axes,
+    *,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
+    title: str | None = None,
+    xlim: tuple[float, float] | None = None,
+    ylim: tuple[float | None, float | None] | None = None,
+    yscale: str | None = None,
+    legend: bool | str = False,
+) -> Axes:
+    """Set what is given of the axes' texts, limits and scale; ``legend`` is True or a location."""
+    given = {"xlabel": xlabel, "ylabel": ylabel, "title": title, "xlim": xlim, "ylim": ylim, "yscale": yscale}
+    ax.set(**{name: value for name, value in given.items() if value is not None})
+    if legend:
+        ax.legend(loc=legend if isinstance(legend, str) else "best")
+    return ax
+
+
+def legend(ax: Axes, keys: Mapping[str, Mapping[str, Any]] | None = None, **place: Any) -> Any:
+    """Legend of the labelled curves, or of ``keys`` alone (label -> line style); ``place`` goes to matplotlib."""
+    handles = None if keys is None else [Line2D([], [], label=label, **line) for label, line in keys.items()]
+    return ax.legend(handles=handles, **place) if handles else ax.legend(**place)
