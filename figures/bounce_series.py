@@ -70,7 +70,7 @@ def draw(data: dict, fig) -> None:
         plot.cartesian(n, curve, ax=middle, label=label, color=color, linestyle=line)
     plot.labels(middle, yscale="log", title="weights, error and bound", legend=True, **text)
     plot.mark(middle, y=data["epsilon"], text="1/255", side="below", at=0.12)
-    plot.mark(middle, x=data["bounces_needed"], text="{:.0f} bounces", side="left", at=0.7)
+    plot.mark(middle, x=data["bounces_needed"], text="{:.0f} bounces", side="left")
     plot.labels(middle, ylabel="weight; error of $c_b$")
     plot.cartesian(
         n, np.abs(data["slope"]), ax=right, color=plot.ORANGE, label=r"$|\partial c_b/\partial\alpha_i|$", **dots

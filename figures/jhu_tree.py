@@ -12,7 +12,7 @@ Middle: in a tree of reflected (blue) and transmitted (orange) rays the weights 
 k_rg + k_tg, 0.8, 0.64, 0.512. Right: sums over the levels of a tree whose every hit shows 0.1. With k_rg + k_tg = 0.8
 they converge to 0.5; with 1, a lossless surface, every level adds another 0.1; with 1.1 they explode, to 18.2 at
 depth 30."""
-SIZE = (9.6, 3.6)
+SIZE = (10.4, 3.6)
 
 
 def compute(
@@ -66,22 +66,22 @@ def draw(data: dict, fig) -> None:
         plot.note(chain, (i, -0.88), f"weight {weights[i]:g}\nadds {weights[i] * local[i]:.2f}", **small)
 
     (k_r, k_t), level_sums = data["example_k"], data["level_sums"]
-    plot.canvas(branches, (-4.6, 6.4), (-6.6, 1.0), f"tree, $k_{{rg}}$ = {k_r:g}, $k_{{tg}}$ = {k_t:g}")
+    plot.canvas(branches, (-4.6, 7.0), (-6.6, 1.0), f"tree, $k_{{rg}}$ = {k_r:g}, $k_{{tg}}$ = {k_t:g}")
     weight = iter(np.asarray(data["level_weights"]))
     for level, total in enumerate(level_sums):
-        spread = 2.2 / 2.0 ** (level - 1)
+        spread = 4.4 / 2.0 ** (level - 1)
         for place in range(2**level):
             x, y = spread * (place - (2**level - 1) / 2), -2.0 * level
             if level:
                 parent = 2 * spread * (place // 2 - (2 ** (level - 1) - 1) / 2)
                 plot.segment(branches, (parent, y + 2), (x, y), plot.ORANGE if place % 2 else plot.BLUE)
             plot.dot(branches, (x, y), 0.52, f"{next(weight):.3g}".lstrip("0"), plot.GREEN)
-        plot.note(branches, (5.6, y), f"sum {total:.3g}", **small)
+        plot.note(branches, (6.0, y), f"sum {total:.3g}", **small)
 
     for name, color, k in zip(
         ("converging", "conserving", "exploding"), (plot.GREEN, plot.BLUE, plot.RED), data["k"], strict=True
     ):
         plot.cartesian(data["depth"], data[name], ax=sums, color=color, marker="o", markersize=2.5, label=f"{k:.2g}")
-    plot.mark(sums, y=float(data["limit"]), text="limit {:g}", at=0.97, side="below")
+    plot.mark(sums, y=float(data["limit"]), text="limit {:g}", at=0.97)
     text = {"xlabel": "depth of the tree", "ylabel": "intensity I", "title": r"sums, by $k_{rg}+k_{tg}$"}
     plot.labels(sums, yscale="log", ylim=(0.08, 40), legend="upper left", **text)
