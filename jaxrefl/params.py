@@ -55,7 +55,7 @@ class Interval(NamedTuple):
 
     def contains(self, values: np.ndarray) -> np.ndarray:
         """Elementwise membership; NaN is outside, a closed end admits a few roundings of the dtype that computes."""
-        working = jnp.result_type(values.dtype, float) if values.dtype.kind == "f" else jnp.result_type(float)
+        working = jax.dtypes.canonicalize_dtype(values.dtype if values.dtype.kind == "f" else np.float64)
         eps = _ROUNDING * float(jnp.finfo(working).eps)
         low, high = self.low - eps * max(1.0, abs(self.low)), self.high + eps * max(1.0, abs(self.high))
         above = values > self.low if self.low_open else values >= low

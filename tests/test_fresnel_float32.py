@@ -82,3 +82,44 @@ def test_the_criterion_rejects_the_printed_real_form():
     printed = 0.5 * r_s * (1 + (num - mixed) / (num + mixed))
     assert printed.dtype == np.float32
     assert error_over_allowed(printed, fresnel.conductor, tuple(map(jnp.asarray, (mu, eta, k)))).max() > 10
+
+
+ETA = np.array([1e-4, 1e-3, 0.1, 0.7, 1, 1.5, 10, 1e3, 1e4], np.float32)
+K = np.array([0, 1e-6, 1e-3, 1, 10, 1e3, 1e4], np.float32)
+MU = np.array([0, 1e-20, 1e-9, 1e-4, 0.5, 1], np.float32)
+
+
+@pytest.mark.nan_debug
+@pytest.mark.parametrize(
+    ("function", "axes"),
+    [
+        (fresnel.conductor, (MU, ETA, K)),
+        (fresnel.dielectric, (MU, ETA)),
+        (lambda *x: jnp.stack(fresnel.transmittance_sp(*x)), (MU, ETA, K)),
+        (fresnel.cos_theta_t, (MU, ETA)),
+        (fresnel.schlick_dielectric, (MU, ETA)),
+        (fresnel.average_dielectric, (ETA,)),
+        (lambda *x: fresnel.gulbrandsen_inverse(*x)[0], (ETA, K)),
+    ],
+    ids=["conductor", "dielectric", "transmittance", "refraction", "schlick", "average", "normal_incidence"],
+)
+def test_value_and_slopes_are_finite_and_the_value_right_over_the_stated_range(function, axes):
+    points = tuple(axis.ravel() for axis in np.meshgrid(*axes))
+    numbers = tuple(range(len(points)))
+
+    def everything(*x):
+        return function(*x), jax.jacfwd(function, numbers)(*x), jax.jacrev(function, numbers)(*x)
+
+    value, *slopes = jax.jit(jax.vmap(everything))(*points)
+    assert value.dtype == np.float32
+    assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves((value, slopes)))
+    wide = jax.jit(jax.vmap(function))(*(x.astype(np.float64) for x in points))
+    np.testing.assert_allclose(value, wide, atol=2e-6)
+
+
+def test_the_edge_tint_has_four_digits_and_finite_slopes_over_the_stated_range():
+    points = tuple(axis.ravel() for axis in np.meshgrid(ETA, K))
+    tint = jax.jit(jax.vmap(lambda *x: fresnel.gulbrandsen_inverse(*x)[1]))
+    np.testing.assert_allclose(tint(*points), tint(*(x.astype(np.float64) for x in points)), atol=5e-5)
+    slopes = jax.jit(jax.vmap(jax.jacrev(lambda *x: fresnel.gulbrandsen_inverse(*x)[1], (0, 1))))(*points)
+    assert np.isfinite(slopes).all()

@@ -13,9 +13,9 @@ imaginary parts of q come from the larger of the two, |N^2 - s^2| never from a d
 and slope finite at k = 0 inside total reflection. At the critical angle itself, k = 0, the true derivative is
 infinite; the one returned there is finite.
 
-In float32 eta may lie between 1e-9 and 1e9 and k be up to 1e9: beyond, |N|^4 leaves the range of the type. The source
-prints Fresnel with two l (S35), and "a^2 + b^2 = sqrt(...)", which holds only for indices divided by n_i (S39), as
-here.
+In float32 value and slope are finite and accurate for eta in [1e-4, 1e4] and k up to 1e4: beyond, powers of |N| leave
+the range of the type. The source prints Fresnel with two l (S35), and "a^2 + b^2 = sqrt(...)", which holds only for
+indices divided by n_i (S39), as here.
 """
 
 from __future__ import annotations
