@@ -68,13 +68,14 @@ def draw(data: dict, fig) -> None:
     styles = ((plot.GREEN, "-"), (plot.PINK, "--"), (plot.BLUE, "-"), (plot.GREY, ":"))
     for (label, curve), (color, line) in zip(curves.items(), styles, strict=True):
         plot.cartesian(n, curve, ax=middle, label=label, color=color, linestyle=line)
-    plot.labels(middle, yscale="log", title="weights, error and bound", legend=True, **text)
+    plot.labels(
+        middle, ylabel="weight; error of $c_b$", yscale="log", title="weights, error and bound", legend=True, **text
+    )
     plot.mark(middle, y=data["epsilon"], text="1/255", side="below", at=0.12)
     plot.mark(middle, x=data["bounces_needed"], text="{:.0f} bounces", side="left")
-    plot.labels(middle, ylabel="weight; error of $c_b$")
     plot.cartesian(
         n, np.abs(data["slope"]), ax=right, color=plot.ORANGE, label=r"$|\partial c_b/\partial\alpha_i|$", **dots
     )
-    plot.cartesian(n, data["weights"] + 0 * n, ax=right, color=plot.GREEN, label=r"$\partial c_b/\partial c_i$", **dots)
+    plot.cartesian(n, data["weights"], ax=right, color=plot.GREEN, label=r"$\partial c_b/\partial c_i$", **dots)
     plot.labels(right, yscale="log", xlabel="hit i", ylabel="derivative of the pixel", title="gradients")
     plot.legend(right, loc="upper right")

@@ -1,12 +1,10 @@
 """Fresnel reflectance of metals, with Schlick's approximation over it."""
 
-import csv
-from importlib import resources
-
 import jax.numpy as jnp
 import numpy as np
 
 from jaxrefl import fresnel, plot
+from jaxrefl.files import read_table
 
 CAPTION = """Unpolarised reflectance of gold, silver, copper and aluminium at a blue, a green and a red measured
 wavelength (solid), with Schlick's approximation from the same F0 (dotted). Metals dip before they rise to 1, which
@@ -16,8 +14,7 @@ SIZE = (9.4, 4.6)
 
 
 def compute() -> dict:
-    text = resources.files("jaxrefl").joinpath("data/metals.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    rows = read_table("metals")
     theta, mu = plot.angles(9001)
     eta, k = (jnp.asarray([float(row[key]) for row in rows]) for key in ("n", "k"))
     exact = fresnel.conductor(mu, eta[:, None], k[:, None])

@@ -93,7 +93,7 @@ def _broken(name: str, error: Exception) -> Entry:
 def parse_settings(entries: Sequence[Entry], settings: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Values of ``key=value`` for each figure that has the parameter, converted to the type of its default.
 
-    A tuple is written with commas, ``index=1.33,1.5``.
+    A tuple is written with commas, ``eta=1.33,1.5``.
 
     Raises:
         ValueError: no ``=``, a key that none of the figures has, or a value of another type.

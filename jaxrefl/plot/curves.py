@@ -185,8 +185,8 @@ def error_map(
     lines = ax.contour(x, y, z, levels=list(levels), colors="white", linewidths=1.2)
     lines.set_path_effects([patheffects.withStroke(linewidth=2.4, foreground="black")])
     if label_contours:
-        manual = None if label_contours is True else label_contours
-        ax.clabel(lines, fmt=lambda v: f"{v:.3g}", fontsize="small", **({} if manual is None else {"manual": manual}))
+        manual = False if label_contours is True else label_contours
+        ax.clabel(lines, fmt=lambda v: f"{v:.3g}", fontsize="small", manual=manual)
     if bar:
         ax.figure.colorbar(mesh, ax=ax, label=zlabel, extend="both")
     ax.grid(False)
@@ -233,7 +233,5 @@ def convergence(
         ax.annotate(
             f"$n^{{{slope:g}}}$", (reach[1], 0.3 * (reach[1] / reach[0]) ** slope), fontsize="small", color=GREY
         )
-    labels(ax, xlabel=xlabel, ylabel=ylabel, title=title)
-    if legend and isinstance(error, Mapping):
-        ax.legend(loc=legend if isinstance(legend, str) else "best")
+    labels(ax, xlabel=xlabel, ylabel=ylabel, title=title, legend=legend if isinstance(error, Mapping) else False)
     return artists
