@@ -10,14 +10,52 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from . import albedo, brdf, d3d9, fresnel, params, quadrature, safe, series, vec
+from . import (
+    albedo,
+    brdf,
+    camera,
+    d3d9,
+    fresnel,
+    geometry,
+    light,
+    params,
+    quadrature,
+    render,
+    safe,
+    scene,
+    series,
+    surface,
+    texture,
+    trace,
+    vec,
+)
 from .vec import Vec3
 
 if TYPE_CHECKING:
     from . import plot
 
 __version__ = "0.1.0"
-__all__ = ["Vec3", "albedo", "brdf", "d3d9", "fresnel", "params", "plot", "quadrature", "safe", "series", "vec"]
+__all__ = [
+    "Vec3",
+    "albedo",
+    "brdf",
+    "camera",
+    "d3d9",
+    "fresnel",
+    "geometry",
+    "light",
+    "params",
+    "plot",
+    "quadrature",
+    "render",
+    "safe",
+    "scene",
+    "series",
+    "surface",
+    "texture",
+    "trace",
+    "vec",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,6 @@
-"""The command line: `jaxrefl figures`, `jaxrefl check`, `jaxrefl info`.
+"""The command line: `jaxrefl figures`, `jaxrefl check`, `jaxrefl info`, and those of `cli_scene`.
 
-The commands compute in float64: the command line is the program, so it may switch it on; the library never does.
+The commands here compute in float64: the command line is the program, so it may switch it on; the library never does.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from . import __version__, gallery
+from . import __version__, cli_scene, gallery
+from .cli_scene import INTERRUPTED
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -31,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Reflection models that can be plotted, trusted and differentiated.",
 )
-INTERRUPTED = 130
+app.add_typer(cli_scene.app)
 
 
 def main() -> None:
@@ -200,7 +201,7 @@ def _block_table(rows: Sequence[Any]) -> Table:
 @app.command()
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False) -> None:
     """Versions, devices and default dtype: what to put into a bug report."""
-    packages = ("jax", "jaxlib", "numpy", "matplotlib", "colour-science")
+    packages = ("jax", "jaxlib", "numpy", "matplotlib", "colour-science", "pydantic", "imageio", "pillow")
     facts: dict[str, Any] = {
         "jaxrefl": __version__,
         "python": platform.python_version(),

@@ -73,23 +73,31 @@ class Param(NamedTuple):
     interval: Interval
     unit: str
     spectral: bool
+    vector: bool
     default: Any
     doc: str
 
 
 def param(
-    interval: str, *, unit: str = "", spectral: bool = False, default: Any = dataclasses.MISSING, doc: str = ""
+    interval: str,
+    *,
+    unit: str = "",
+    spectral: bool = False,
+    vector: bool = False,
+    default: Any = dataclasses.MISSING,
+    doc: str = "",
 ) -> Any:
     """Dataclass field with its range, unit and meaning: the only declaration a model's parameter needs.
 
     Args:
         interval: range, such as ``"[0, 1]"``; checked by `validate` on concrete values.
         unit: unit as printed on an axis; empty for a pure number.
-        spectral: True if the field may hold a spectrum (C,), False for a scalar.
-        default: value when none is given; without one the field is required.
+        spectral: True if the field may hold a spectrum (C,), or a texture; False for a scalar.
+        vector: True if the field is a `Vec3`, each of whose components has the range.
+        default: value when none is given; without one the field is required. None as default: the field may be absent.
         doc: one line.
     """
-    declared = {"interval": Interval.parse(interval), "unit": unit, "spectral": spectral, "doc": doc}
+    declared = {"interval": Interval.parse(interval), "unit": unit, "spectral": spectral, "vector": vector, "doc": doc}
     return dataclasses.field(default=default, metadata={"param": declared})
 
 

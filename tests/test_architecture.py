@@ -14,8 +14,9 @@ PACKAGE = Path(jaxrefl.__file__).parent
 FIGURES = Path(__file__).parent.parent / "figures"
 FILES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 READING_ORDER = [
-    *("params", "safe", "vec", "fresnel", "quadrature", "series", "d3d9", "brdf", "albedo", "check"),
-    *("files", "plot", "gallery", "cli", "__main__"),
+    *("params", "safe", "vec", "fresnel", "quadrature", "series", "d3d9", "brdf", "albedo"),
+    *("geometry", "light", "texture", "surface", "scene", "camera", "shade", "bounce", "trace", "render", "check"),
+    *("files", "image", "scene_file", "plot", "gallery", "cli_scene", "cli", "__main__"),
 ]
 
 
@@ -86,7 +87,7 @@ def test_no_figure_imports_matplotlib():
 
 @pytest.mark.parametrize("package", ["typer", "rich"])
 def test_only_the_command_line_imports_its_libraries(package):
-    assert {name for name, path in FILES.items() if imports_package(path, package)} <= {"cli.py"}
+    assert {name for name, path in FILES.items() if imports_package(path, package)} <= {"cli.py", "cli_scene.py"}
 
 
 def test_importing_the_package_loads_nothing_heavy_allocates_nothing_and_touches_no_setting(tmp_path):

@@ -24,6 +24,8 @@ from .diagram import mark as mark
 from .diagram import note as note
 from .diagram import points as points
 from .diagram import segment as segment
+from .picture import field as field
+from .picture import picture as picture
 from .style import ANGLE as ANGLE
 from .style import BLUE as BLUE
 from .style import GREEN as GREEN

@@ -1,0 +1,60 @@
+"""Cameras: a place on the picture becomes a ray.
+
+The picture has its centre at (0, 0); y runs from -1 at the bottom to 1 at the top, x from -aspect to aspect. Every
+parameter is a leaf of the pytree: a picture can be differentiated in the position of the camera.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Float
+
+from .geometry import Ray
+from .params import param
+from .vec import Vec3, cross, normalize
+
+
+def basis(position: Vec3, target: Vec3, up: Vec3) -> tuple[Vec3, Vec3, Vec3]:
+    """Right, true up and forward of a camera that looks at a target; ``up`` must not be parallel to the view."""
+    forward = normalize(target - position)
+    right = normalize(cross(forward, up))
+    return right, cross(right, forward), forward
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Pinhole:
+    """Perspective camera."""
+
+    position: Any = param("(-inf, inf)", vector=True, doc="eye")
+    target: Any = param("(-inf, inf)", vector=True, default=Vec3(0.0, 0.0, 0.0), doc="point it looks at")
+    up: Any = param("(-inf, inf)", vector=True, default=Vec3(0.0, 0.0, 1.0), doc="direction that is up in the picture")
+    field_of_view: Any = param("(0, 3.14159)", unit="rad", default=0.7, doc="vertical angle of the picture")
+
+    def ray(self, x: Float[jax.Array, ""], y: Float[jax.Array, ""]) -> Ray:
+        """Ray through a place on the picture."""
+        right, up, forward = basis(self.position, self.target, self.up)
+        scale = jnp.tan(0.5 * jnp.asarray(self.field_of_view))
+        direction = normalize(forward + right * (x * scale) + up * (y * scale))
+        return Ray(self.position + direction * 0.0, direction)
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Orthographic:
+    """Camera with parallel rays, an infinite viewer: V is the same everywhere."""
+
+    position: Any = param("(-inf, inf)", vector=True, doc="centre of the plane from which the rays start")
+    target: Any = param("(-inf, inf)", vector=True, default=Vec3(0.0, 0.0, 0.0), doc="point it looks at")
+    up: Any = param("(-inf, inf)", vector=True, default=Vec3(0.0, 0.0, 1.0), doc="direction that is up in the picture")
+    height: Any = param("(0, inf)", unit="length", default=2.0, doc="height of the picture in the scene")
+
+    def ray(self, x: Float[jax.Array, ""], y: Float[jax.Array, ""]) -> Ray:
+        """Ray through a place on the picture."""
+        right, up, forward = basis(self.position, self.target, self.up)
+        half = 0.5 * jnp.asarray(self.height)
+        return Ray(self.position + right * (x * half) + up * (y * half), forward + right * (0.0 * x))

@@ -1,0 +1,275 @@
+"""From a scene and a camera to an image: tiles, samples, devices.
+
+The picture is cut into tiles of equal size, whatever the number of devices, so that images are equal bit for bit. A
+call without ``progress`` is one traceable function, to be differentiated or mapped; with ``progress`` the same jitted
+function runs band by band and pass by pass in a Python loop, which a Ctrl-C can leave.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+from jax.sharding import Mesh, PartitionSpec
+from jaxtyping import Float
+
+from . import d3d9
+from .bounce import Budget, Options
+from .geometry import SKIP, Ray, Remedy
+from .params import Interval, require
+from .scene import Scene, canonical_model, check, check_model, stage
+from .trace import Trace, check_loop, trace_batch
+
+ALPHAS = ("premultiplied", "printed")
+TILE = 16384  # rays
+BANDS = 64  # largest number of progress reports per pass
+
+
+class Image(NamedTuple):
+    """A rendered picture; row 0 is at the top. What belongs to the first hit is that of the first sample."""
+
+    radiance: Array
+    """(H, W, C) linear radiance."""
+    alpha: Array
+    """(H, W) D3D9 (7); 0 where the ray left the scene."""
+    depth: Array
+    """(H, W) distance to the first hit, inf for a miss."""
+    normal: Array
+    """(H, W, 3) unit normal of the first hit, to the viewer; 0 for a miss."""
+    primitive: Array
+    """(H, W) int32: number of the primitive first hit, -1 for a miss."""
+    bounces: Array
+    """(H, W) mean number of rays after the first one."""
+    hits: Array
+    """(H, W) mean number of hits, each of which asks for every light."""
+    path_id: Array
+    """(H, W) uint32: equal where no edge lies between."""
+    budget: Budget
+    """Each (H, W, C)."""
+
+
+def sample_position(seed: Any, x: Any, y: Any, sample: Any) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Place of a sample in its pixel, in [0, 1): a function of these four integers alone.
+
+    The first two dimensions of Sobol's sequence, scrambled per pixel: of the first 2^k samples one lies in each of the
+    2^k equal boxes of any shape.
+    """
+    key = functools.reduce(jax.random.fold_in, (x, y), jax.random.key(seed))
+    scramble = jax.random.bits(key, (2,), jnp.uint32)
+    index, first, second = jnp.asarray(sample, jnp.uint32), jnp.uint32(0), jnp.uint32(0)
+    direction = np.uint32(1 << 31)
+    for bit in range(32):
+        digit = (index >> bit) & 1
+        first = first ^ (digit * np.uint32(1 << (31 - bit)))
+        second = second ^ (digit * direction)
+        direction ^= direction >> np.uint32(1)
+    unit = 2.0**-24
+    return tuple(((u ^ s) >> 8).astype(jnp.float32) * unit for u, s in ((first, scramble[0]), (second, scramble[1])))  # type: ignore[return-value]
+
+
+class Plan(NamedTuple):
+    """Static part of a render."""
+
+    width: int
+    height: int
+    n_bounces: int
+    spp: int
+    tile: int
+    tiles: int
+    max_nodes: int | None
+    max_waiting: int
+    account: bool
+
+
+def _tile(scene: Any, camera: Any, options: Options, plan: Plan, seed: Any, tile: Array, sample: Array) -> Trace:
+    """One sample of each pixel of one tile."""
+    number = tile * plan.tile + jnp.arange(plan.tile, dtype=jnp.int32)
+    number = jnp.minimum(number, plan.width * plan.height - 1)  # the last tile repeats its last pixel
+
+    def ray(number: Array) -> Ray:
+        column, row = number % plan.width, number // plan.width
+        dx = dy = 0.5
+        if plan.spp > 1:
+            dx, dy = sample_position(seed, column, row, sample)  # type: ignore[assignment]
+        x = (2 * (column + dx) - plan.width) / plan.height
+        y = 1 - 2 * (row + dy) / plan.height
+        return camera.ray(jnp.asarray(x, scene.dtype), jnp.asarray(y, scene.dtype))
+
+    return trace_batch(
+        scene,
+        jax.vmap(ray)(number),
+        options,
+        n_bounces=plan.n_bounces,
+        max_nodes=plan.max_nodes,
+        max_waiting=plan.max_waiting,
+        account=plan.account,
+    )
+
+
+def _tiles(
+    scene: Scene, camera: Any, options: Options, seed: Any, first: Array, samples: Array, plan: Plan, count: int
+) -> Trace:
+    """Sums over samples of a run of tiles: (count, tile, ...); what belongs to the first hit is not summed."""
+    staged = stage(scene)
+    camera = canonical_model(camera, staged.dtype)
+
+    @jax.checkpoint
+    def one(tile: Array) -> Trace:
+        shot = functools.partial(_tile, staged, camera, options, plan, seed, tile)
+        if samples.shape[0] == 1:
+            return shot(samples[0])
+        zero = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(shot, samples[0]))
+
+        def add(total: Trace, sample: Array) -> tuple[Trace, None]:
+            return _sum(total, shot(sample), sample == samples[0]), None
+
+        return lax.scan(add, zero, samples)[0]
+
+    return lax.map(one, first + jnp.arange(count, dtype=jnp.int32))
+
+
+def _sum(total: Trace, new: Trace, is_first: Any) -> Trace:
+    """Sum of two traces; integers, depth and normal are those of the first."""
+    keep = functools.partial(jax.tree.map, lambda a, b: jnp.where(is_first, b, a))
+    summed = jax.tree.map(jnp.add, total, new)
+    account = None
+    if summed.account is not None:
+        account = summed.account._replace(path_id=keep(total.account.path_id, new.account.path_id))
+    kept = {name: keep(getattr(total, name), getattr(new, name)) for name in ("depth", "normal", "primitive")}
+    return summed._replace(account=account, **kept)
+
+
+_band = jax.jit(_tiles, static_argnames=("plan", "count"))
+
+
+@functools.partial(jax.jit, static_argnames=("plan", "devices"))
+def _sharded(
+    scene: Scene, camera: Any, options: Options, seed: Any, samples: Array, plan: Plan, devices: tuple[Any, ...]
+) -> Trace:
+    """All tiles, each device its share."""
+    share = math.ceil(plan.tiles / len(devices))
+
+    def mine(first: Array) -> Trace:
+        return _tiles(scene, camera, options, seed, first[0], samples, plan, share)
+
+    mesh = Mesh(np.array(devices), ("tiles",))
+    starts = jnp.arange(len(devices), dtype=jnp.int32) * share
+    spec = PartitionSpec("tiles")
+    return jax.shard_map(mine, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)(starts)
+
+
+def _image(trace: Trace, plan: Plan) -> Image:
+    """Picture of the tiles of a finished render."""
+    pixels = plan.width * plan.height
+
+    def shape(x: Array) -> Array:
+        flat = x.reshape(-1, *x.shape[2:])[:pixels]
+        return flat.reshape(plan.height, plan.width, *x.shape[2:])
+
+    mean = jax.tree.map(lambda x: x / plan.spp, (trace.radiance, trace.alpha))
+    radiance, alpha = (shape(x) for x in mean)
+    n = trace.normal
+    account = trace.account
+    assert account is not None
+    return Image(
+        radiance,
+        alpha,
+        shape(trace.depth),
+        jnp.stack([shape(n.x), shape(n.y), shape(n.z)], axis=-1),
+        shape(trace.primitive),
+        shape((account.rays - plan.spp) / plan.spp),
+        shape(account.hits / plan.spp),
+        shape(account.path_id),
+        Budget(*(shape(x / plan.spp) for x in account.budget)),
+    )
+
+
+def render(
+    scene: Scene,
+    camera: Any,
+    width: int,
+    height: int,
+    n_bounces: int,
+    *,
+    spp: int = 1,
+    seed: int = 0,
+    alpha: str = "premultiplied",
+    max_nodes: int | None = None,
+    max_waiting: int = 6,
+    min_weight: Any = 0.0,
+    remedy: Remedy = SKIP,
+    progress: Callable[[int, int, int], None] | None = None,
+    devices: Sequence[Any] | None = None,
+) -> Image:
+    """Picture of a scene.
+
+    Args:
+        scene, camera: pytrees; the dtype of the scene rules.
+        width, height: pixels; the picture is ``height`` high in the camera's unit, so width / height is its aspect.
+        n_bounces, max_nodes, max_waiting, min_weight, remedy: as in `jaxrefl.trace.trace`.
+        spp: samples per pixel; 1 is the centre of the pixel, more are scrambled Sobol points.
+        seed: of the scrambling.
+        alpha: "premultiplied", or "printed": max(d_a, |R_tot|), D3D9 (7).
+        progress: called with (samples done, samples in all, rays traced so far) after each band; not traceable.
+        devices: share the tiles among these; the image is the same.
+
+    Raises:
+        ValueError: a value out of its range.
+
+    Differentiable in every leaf of scene and camera, except for the motion of edges.
+    """
+    for name, value in (("width", width), ("height", height), ("spp", spp)):
+        require(name, value, Interval.parse("[1, inf)"))
+    if alpha not in ALPHAS:
+        raise ValueError(f"alpha = {alpha!r} must be one of {', '.join(ALPHAS)}")
+    check_loop(n_bounces, max_nodes, max_waiting, min_weight)
+    check(scene)
+    check_model(camera, "camera")
+    tiles = math.ceil(width * height / TILE)
+    tile = math.ceil(width * height / tiles)
+    plan = Plan(width, height, n_bounces, spp, tile, tiles, max_nodes, max_waiting, True)
+    options = Options(remedy, min_weight, n_bounces)
+    samples = jnp.arange(spp, dtype=jnp.int32)
+    if progress is not None:
+        traced = _in_bands(scene, camera, options, seed, plan, progress)
+    elif devices is not None:
+        traced = _sharded(scene, camera, options, seed, samples, plan, tuple(devices))
+    else:
+        traced = _band(scene, camera, options, seed, jnp.int32(0), samples, plan, tiles)
+    image = _image(traced, plan)
+    if alpha == "premultiplied":
+        return image
+    local = plan._replace(n_bounces=0)
+    first = _image(_band(scene, camera, options._replace(n_bounces=0), seed, jnp.int32(0), samples, local, tiles), plan)
+    coverage = _image(traced._replace(alpha=traced.coverage), plan).alpha
+    r_tot = jnp.maximum(image.radiance - first.radiance, 0.0)
+    hit = image.primitive >= 0
+    printed = jax.vmap(jax.vmap(d3d9.alpha_printed))(coverage, r_tot)
+    return image._replace(alpha=jnp.where(hit, printed, image.alpha))
+
+
+def _in_bands(
+    scene: Scene, camera: Any, options: Options, seed: Any, plan: Plan, report: Callable[[int, int, int], None]
+) -> Trace:
+    """All tiles and samples in a Python loop: passes of one sample, bands of equal numbers of tiles."""
+    count = math.ceil(plan.tiles / BANDS)
+    total, done, rays, result = plan.width * plan.height * plan.spp, 0, 0, None
+    for sample in range(plan.spp):
+        bands = []
+        for first in range(0, plan.tiles, count):
+            band = _band(scene, camera, options, seed, jnp.int32(first), jnp.arange(sample, sample + 1), plan, count)
+            bands.append(jax.tree.map(np.asarray, band))
+            done += min(count * plan.tile, plan.width * plan.height - first * plan.tile)
+            assert band.account is not None
+            rays += int(band.account.rays.sum())
+            report(min(done, total), total, rays)
+        whole = jax.tree.map(lambda *x: np.concatenate(x), *bands)
+        result = whole if result is None else _sum(result, whole, False)
+    assert result is not None
+    return jax.tree.map(jnp.asarray, result)

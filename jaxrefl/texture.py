@@ -1,0 +1,70 @@
+"""Textures: a colour that depends on the place, in the place of any colour parameter of a surface.
+
+A texture is any dataclass with ``__call__(uv) -> (C,)``. u and v are lengths on a plane and in [0, 1] on a sphere.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float
+
+from .params import param
+
+UV = tuple[Array, Array]
+
+
+def lookup(value: Any, uv: UV) -> Float[Array, "*C"]:
+    """Colour at a place: a texture's value there, or the constant itself."""
+    return value(uv) if callable(value) else value
+
+
+def lookup_scalar(value: Any, uv: UV) -> Float[Array, ""]:
+    """Scalar at a place: the first channel of a texture's value there, or the constant itself."""
+    return value(uv)[0] if callable(value) else value
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Checker:
+    """Checkerboard of two colours; nothing can be differentiated in its edges, everything in its colours."""
+
+    even: Any = param("[0, inf)", spectral=True, default=0.8, doc="colour of the square at the origin")
+    odd: Any = param("[0, inf)", spectral=True, default=0.2, doc="colour of its neighbours")
+    squares_u: Any = param("(0, inf)", default=1.0, doc="squares per unit of u")
+    squares_v: Any = param("(0, inf)", default=1.0, doc="squares per unit of v")
+
+    def __call__(self, uv: UV) -> Float[Array, "*C"]:
+        """Colour at (u, v)."""
+        parity = jnp.floor(uv[0] * self.squares_u) + jnp.floor(uv[1] * self.squares_v)
+        return jnp.where(jnp.mod(parity, 2.0) < 0.5, self.even, self.odd)
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class ImageTexture:
+    """Picture (H, W, C) repeated over the plane of u and v, interpolated between the centres of its pixels.
+
+    Row 0 begins at v = 0, the north pole of a sphere. Differentiable in the pixels and, between their centres, in u
+    and v. It is shared by all primitives of an object.
+    """
+
+    pixels: Any = param("[0, inf)", spectral=True, doc="(H, W, C)")
+    scale_u: Any = param("(0, inf)", default=1.0, doc="pictures per unit of u")
+    scale_v: Any = param("(0, inf)", default=1.0, doc="pictures per unit of v")
+
+    def __call__(self, uv: UV) -> Float[Array, "*C"]:
+        """Colour at (u, v)."""
+        height, width = self.pixels.shape[:2]
+        x, y = uv[0] * self.scale_u * width - 0.5, uv[1] * self.scale_v * height - 0.5
+        x0, y0 = jnp.floor(x), jnp.floor(y)
+        fx, fy = x - x0, y - y0
+        column, row = jnp.mod(x0, width).astype(int), jnp.mod(y0, height).astype(int)
+        right, below = jnp.where(column + 1 < width, column + 1, 0), jnp.where(row + 1 < height, row + 1, 0)
+        upper = self.pixels[row, column] * (1 - fx) + self.pixels[row, right] * fx
+        lower = self.pixels[below, column] * (1 - fx) + self.pixels[below, right] * fx
+        return upper * (1 - fy) + lower * fy

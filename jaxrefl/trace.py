@@ -1,0 +1,248 @@
+"""The bounce loop: what a batch of rays brings back.
+
+Everything is a function of one ray, mapped; the loop over bounces belongs to the batch and stops computing when its
+last ray is dead. It is one `lax.scan`, the same in value, forward and reverse mode, whose step is recomputed on the way
+back: the memory of a gradient grows by the state of a ray per bounce, not by everything that a bounce computes.
+
+PERRIN: "find the next reflection point and start over". JHU: I(P) = I_local(P) + k_rg I(P_r) + k_tg I(P_t).
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+from . import d3d9
+from .bounce import Account, Budget, Options, Walk, features, search, start, visit
+from .geometry import SKIP, Hit, Ray, Remedy, refract, spawn
+from .params import Interval, require
+from .scene import Scene, Stage, canonical_model, check, stage
+from .shade import Found, Origin, closest_hit, elsewhere, hits_at, is_among, pick
+from .vec import Vec3, reflect, where
+
+
+class Terms(NamedTuple):
+    """Terms of the series, one entry per step: radiance = sum weight local color.
+
+    For scenes in which nothing transmits, ``series.iterative(Layers(color, local, reflected))`` is the radiance.
+    """
+
+    color: Array
+    """(N + 1, C): c_i; the background at a miss."""
+    local: Array
+    """(N + 1, C): weight of the colour; 1 at a miss, 0 after it."""
+    reflected: Array
+    """(N + 1, C): reflectivity_i; 0 at and after a miss."""
+    weight: Array
+    """(N + 1, C): beta_i, the product of what came before."""
+
+
+class Trace(NamedTuple):
+    """What a ray brought back."""
+
+    radiance: Array
+    """(C,)."""
+    alpha: Array
+    """() opacity of the first hit, 1 - (1 - d_a) (1 - |rho|), for the premultiplied blend of D3D9 (7); 0 for a miss."""
+    coverage: Array
+    """() d_a of the first hit, 0 for a miss."""
+    depth: Array
+    """() distance to the first hit, inf for a miss."""
+    normal: Vec3
+    """Normal of the first hit, to the viewer; 0 for a miss."""
+    primitive: Array
+    """() int32: number of the primitive first hit, -1 for a miss."""
+    account: Account | None
+    """Budget, counts and identity of the path."""
+    terms: Terms | None
+    """What each step added, if asked for."""
+
+
+def trace_batch(
+    scene: Stage,
+    rays: Ray,
+    options: Options,
+    *,
+    n_bounces: int,
+    max_nodes: int | None = None,
+    max_waiting: int = 6,
+    account: bool = True,
+    terms: bool = False,
+) -> Trace:
+    """`trace` of a staged scene; call it inside jit."""
+    known = features(scene)
+    steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
+    waiting = min(n_bounces, max_waiting) if known.is_tree else 0
+    # the batch is the last axis, so that a colour is C rows of N: everything runs along N
+    begin = functools.partial(start, known=known, waiting=waiting, account=account)
+    look = jax.vmap(functools.partial(search, scene, options), in_axes=-1, out_axes=-1)
+    step = jax.checkpoint(
+        jax.vmap(functools.partial(visit, scene, known, options), in_axes=(-1, None, None), out_axes=-1)
+    )
+    walk = look(jax.vmap(begin, out_axes=-1)(rays))
+    found = walk.found
+    unlit = (jnp.zeros_like(walk.radiance),) * 4
+
+    def any_alive(walk: Walk) -> Array:
+        return jnp.any(walk.branch.strength >= 0)
+
+    def body(walk: Walk, i: Array) -> tuple[Walk, Any]:
+        alive = any_alive(walk)
+        walk, layer = lax.cond(alive, step, lambda walk, *_: (walk, unlit), walk, i, alive)
+        return lax.cond(any_alive(walk), look, lambda walk: walk, walk), layer if terms else None
+
+    walk, layers = lax.scan(body, walk, jnp.arange(steps, dtype=jnp.int32))
+    first = functools.partial(hits_at, scene, alive=any_alive(walk) | True)
+    hit, hits = jax.vmap(first)(rays, jax.vmap(lambda ray: elsewhere(ray.direction.x))(rays), found)
+    coverage, alpha = jax.vmap(functools.partial(_opacity, scene, known.channels))(hits, found)
+    missed = found.code < 0
+    return Trace(
+        walk.radiance.T,
+        alpha,
+        coverage,
+        jnp.where(missed, jnp.inf, hit.t),
+        where(missed, hit.n * 0.0, hit.n),
+        found.id,
+        _settle(walk),
+        Terms(*(jnp.moveaxis(x, -1, 0) for x in layers)) if terms else None,
+    )
+
+
+def _settle(walk: Walk) -> Account | None:
+    """Account of a batch at the end: what still waits is truncated."""
+    if walk.account is None:
+        return None
+    pending = sum(jnp.where(branch.strength >= 0, branch.beta, 0.0) for branch in (walk.branch, *walk.waiting))
+    budget = walk.account.budget
+    return walk.account._replace(budget=Budget(*(x.T for x in budget._replace(truncated=budget.truncated + pending))))
+
+
+def _opacity(scene: Stage, channels: int, hits: tuple[Hit, ...], found: Found) -> tuple[Array, Array]:
+    """Coverage and opacity of the first hit."""
+    coverage = alpha = jnp.zeros_like(found.t)
+    for group in scene.groups:
+        here = is_among(group.ids, found.id)
+        weights = pick(group.surface, group.ids, found.id).weights(hits[group.kind])
+        reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, found.t.dtype), (channels,))
+        coverage = jnp.where(here, weights.alpha, coverage)
+        alpha = jnp.where(here, d3d9.alpha_premultiplied(weights.alpha, reflected), alpha)
+    return coverage, alpha
+
+
+@functools.partial(jax.jit, static_argnames=("n_bounces", "max_nodes", "max_waiting", "account", "terms"))
+def _traced(scene: Scene, rays: Ray, remedy: Remedy, min_weight: Any, n_bounces: int, **static: Any) -> Trace:
+    staged = stage(scene)
+    return trace_batch(
+        staged,
+        canonical_model(rays, staged.dtype),
+        Options(remedy, min_weight, n_bounces),
+        n_bounces=n_bounces,
+        **static,
+    )
+
+
+def trace(
+    scene: Scene,
+    rays: Ray,
+    n_bounces: int,
+    *,
+    max_nodes: int | None = None,
+    max_waiting: int = 6,
+    min_weight: Any = 0.0,
+    remedy: Remedy = SKIP,
+    account: bool = True,
+    terms: bool = False,
+) -> Trace:
+    """What each of a batch of rays brings back.
+
+    Args:
+        scene: the scene; its dtype rules.
+        rays: components (N,), unit directions (not checked).
+        n_bounces: 0 = the first hit only; static.
+        max_nodes: largest number of rays per path where a surface transmits, 4 (n_bounces + 1) by default; static.
+        max_waiting: branches of a path that can wait; the weakest one is dropped; static.
+        min_weight: branches weaker than this are cut, [0, inf); 0 cuts nothing.
+        remedy: against self-shadowing.
+        account: keep budget, counts and path identity; static.
+        terms: keep what each step added; static.
+
+    Raises:
+        ValueError: a value of the scene out of its range, a scene without objects, n_bounces below 0.
+
+    Pure; differentiable in every leaf of scene and rays, except for the motion of edges (silhouettes, shadows).
+    """
+    check_loop(n_bounces, max_nodes, max_waiting, min_weight)
+    check(scene)
+    static = {"max_nodes": max_nodes, "max_waiting": max_waiting, "account": account, "terms": terms}
+    return _traced(scene, rays, remedy, min_weight, n_bounces=n_bounces, **static)
+
+
+def check_loop(n_bounces: int, max_nodes: int | None, max_waiting: int, min_weight: Any) -> None:
+    """Raise `ValueError` if a setting of the loop is out of its range."""
+    require("n_bounces", n_bounces, Interval.parse("[0, inf)"))
+    require("max_nodes", 1 if max_nodes is None else max_nodes, Interval.parse("[1, inf)"))
+    require("max_waiting", max_waiting, Interval.parse("[0, inf)"))
+    require("min_weight", min_weight, Interval.parse("[0, inf)"))
+
+
+def radiance(scene: Scene, ray: Ray, n_bounces: int, **options: Any) -> Array:
+    """Radiance (C,) that one ray brings back; options as in `trace`."""
+    batch = jax.tree.map(lambda x: jnp.asarray(x)[None], ray)
+    return trace(scene, batch, n_bounces, account=False, **options).radiance[0]
+
+
+@functools.partial(jax.jit, static_argnames="branches")
+def _followed(scene: Scene, ray: Ray, remedy: Remedy, branches: str) -> Ray:
+    staged = stage(scene)
+    ray = canonical_model(ray, staged.dtype)
+    origin, alive = elsewhere(ray.direction.x), jnp.isfinite(ray.direction.x)
+    for branch in branches:
+        ray, origin, alive = _one_branch(staged, remedy, branch == "T", ray, origin, alive)
+    return Ray(ray.origin, where(alive, ray.direction, ray.direction * 0.0))
+
+
+def _one_branch(
+    scene: Stage, remedy: Remedy, transmits: bool, ray: Ray, origin: Origin, alive: Array
+) -> tuple[Ray, Origin, Array]:
+    """The next hit, and the prescribed branch there; a ray that has none stays as it is and is dead."""
+    found = closest_hit(scene, ray, origin, remedy)
+    hit, hits = hits_at(scene, ray, origin, found, alive)
+    direction, inside, exists = reflect(hit.wo, hit.n), ~hit.entering, alive & (found.code >= 0)
+    if transmits:
+        eta = jnp.ones_like(hit.t)
+        for group in scene.groups:
+            weights = pick(group.surface, group.ids, found.id).weights(hits[group.kind])
+            eta = jnp.where(is_among(group.ids, found.id), weights.eta, eta)
+        direction, total = refract(hit.wo, hit.n, jnp.where(hit.entering, eta, 1 / eta))
+        inside, exists = hit.entering, exists & ~total
+    new = spawn(hit, direction, remedy)
+    ray = Ray(where(exists, new.origin, ray.origin), where(exists, new.direction, ray.direction))
+    left = jnp.where(exists, jnp.where(remedy.skip, found.id, -1), origin.left)
+    return ray, Origin(left, jnp.where(exists, inside, origin.inside)), exists
+
+
+def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
+    """Ray after a prescribed sequence of branches, such as ``"TRT"`` for the primary rainbow.
+
+    Args:
+        scene: the scene.
+        ray: one ray.
+        branches: one letter per hit, R for the reflected and T for the transmitted branch; static.
+        remedy: against self-shadowing.
+
+    Returns:
+        the ray that leaves the last hit; with direction 0 if a hit is missed or a T meets total reflection.
+
+    Raises:
+        ValueError: another letter.
+
+    The step is that of `trace` with the branch prescribed. Differentiable in scene and ray.
+    """
+    if set(branches) - set("RT"):
+        raise ValueError(f"branches = {branches!r} must be a sequence of the letters R and T")
+    check(scene)
+    return _followed(scene, ray, remedy, branches=branches)
