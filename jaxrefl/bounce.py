@@ -18,142 +18,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from .geometry import Hit, Ray, Remedy, refract, spawn
-from .scene import Stage
+from .geometry import Hit, refract, spawn
+from .path import DEAD, Account, Branch, Budget, Features, Medium, Options, Walk
+from .search import Found, closest_hit, is_among, leaving
 from .series import Layers, State, bounce_step
-from .shade import Found, Origin, Shading, closest_hit, elsewhere, hits_at, is_among, legal_hit, pick, shade
-from .surface.protocol import Weights, is_absent
+from .shade import Shading, batch, once, shade
+from .stage import Stage
+from .surface.protocol import Weights
 from .vec import Vec3, reflect
-
-DEAD = -1.0  # strength of a branch that does not exist
-
-
-class Budget(NamedTuple):
-    """Where the weight of a ray went, each (C,) and added up on its own.
-
-    The sum is 1 where every hit passes on what it does not show: PERRIN's blend, lossless glass. What is missing was
-    absorbed; what is above 1 was made by coefficients that nothing bounds.
-    """
-
-    shaded: Array
-    """Sum of beta w.local over the hits."""
-    escaped: Array
-    """Weight of the rays that left the scene."""
-    cut: Array
-    """Weight of the branches not followed for being weaker than ``min_weight``."""
-    truncated: Array
-    """Weight of what lies behind the last bounce, or found no room."""
-
-    @property
-    def total(self) -> Array:
-        """Sum of the four."""
-        return self.shaded + self.escaped + self.cut + self.truncated
-
-
-class Account(NamedTuple):
-    """What is kept of a path besides its radiance."""
-
-    budget: Budget
-    """Where its weight went."""
-    rays: Array
-    """() int32: rays traced, the first one included."""
-    hits: Array
-    """() int32: how many of them hit something."""
-    path_id: Array
-    """() uint32: equal for equal sequences of primitives, branches and lights seen: no edge lies between."""
-
-
-class Features(NamedTuple):
-    """What is known of a scene without its numbers."""
-
-    channels: int
-    absorbs: bool
-    reflecting: tuple[bool, ...]
-    """Per group of surfaces, whether its reflected weight exists."""
-    transmitting: tuple[bool, ...]
-    """Likewise the transmitted one."""
-
-    @property
-    def is_tree(self) -> bool:
-        """Whether a ray can branch."""
-        return any(self.transmitting)
-
-
-class Medium(NamedTuple):
-    """What a ray runs through; None where no surface needs it."""
-
-    index: Any
-    """() index of the solid it is inside of, 1 outside."""
-    inside: Any
-    """(C,) extinction of that solid."""
-    sigma: Any
-    """(C,) extinction of this way."""
-
-
-class Branch(NamedTuple):
-    """A ray to be traced."""
-
-    ray: Ray
-    origin: Origin
-    beta: Array
-    """(C,) throughput."""
-    depth: Any
-    """() int32: bounces behind it; None in a chain, where every ray has as many."""
-    medium: Medium
-    strength: Array
-    """() largest channel of beta, without derivatives; negative: the branch does not exist."""
-
-
-class Walk(NamedTuple):
-    """State of one path."""
-
-    radiance: Array
-    branch: Branch
-    found: Found
-    waiting: tuple[Branch, ...]
-    account: Account | None
-
-
-class Options(NamedTuple):
-    """Numbers of the loop."""
-
-    remedy: Remedy
-    min_weight: Any
-    n_bounces: Any
-
-
-def features(scene: Stage) -> Features:
-    """Channels of a scene, and which of its surfaces reflect, transmit and absorb; nothing is computed."""
-    seen: list[Weights] = []
-    shapes: list[tuple[int, ...]] = [(1,), jnp.shape(scene.ambient)]
-
-    def probe(scene: Stage) -> Array:
-        hit = legal_hit(scene)
-        for group in scene.groups:
-            surface = pick(group.surface, group.ids, jnp.zeros((), jnp.int32))
-            seen.append(surface.weights(hit))
-            shapes.extend(jnp.shape(x) for x in (*seen[-1], *surface.local(hit, hit.n)))
-        shapes.append(jnp.shape(scene.radiance_behind(hit.n)))
-        shapes.extend(
-            jnp.shape(x)[1:] for light in scene.lights for x in (light.diffuse, light.specular, light.ambient)
-        )
-        return hit.t
-
-    jax.eval_shape(probe, scene)
-    absorbs = any(not is_absent(w.sigma) or not is_absent(w.sigma_reflected) for w in seen)
-    present = [tuple(not is_absent(getattr(w, name)) for w in seen) for name in ("reflected", "transmitted")]
-    return Features(jnp.broadcast_shapes(*shapes)[0], absorbs, *present)
-
-
-def start(ray: Ray, known: Features, waiting: int, account: bool) -> Walk:
-    """Nothing gathered, weight 1; made from the ray, so that it is mapped and sharded as the ray is."""
-    zero = 0.0 * ray.direction.x
-    none, count = jnp.zeros((known.channels,), zero.dtype) + zero, jnp.zeros_like(zero, jnp.int32)
-    tree, absorbs = known.is_tree, known.absorbs
-    medium = Medium(zero + 1 if tree else None, none if tree and absorbs else None, none if absorbs else None)
-    branch = Branch(ray, elsewhere(zero), none + 1, count if tree else None, medium, zero + 1)
-    kept = Account(Budget(none, none, none, none), count, count, count.astype(jnp.uint32)) if account else None
-    return Walk(none, branch, Found(zero, count), (branch._replace(strength=zero + DEAD),) * waiting, kept)
 
 
 def search(scene: Stage, options: Options, walk: Walk) -> Walk:
@@ -164,15 +36,29 @@ def search(scene: Stage, options: Options, walk: Walk) -> Walk:
 def visit(
     scene: Stage, known: Features, options: Options, walk: Walk, step: Array, any_alive: Array
 ) -> tuple[Walk, tuple[Array, Array, Array, Array]]:
-    """One step: what the hit of the current branch shows, what goes on from it, and what is next.
+    """One step of a BATCH of rays: what the hits show, what goes on from them, and what is next.
 
     Returns:
-        the new state; (color, local, reflected, weight) of this step, each (C,), zero weights for a dead ray.
+        the new state; (color, local, reflected, weight) of this step, each (C, N), zero weights for a dead ray.
     """
+    branch = walk.branch
+    hit, shading = shade(scene, branch.ray, branch.origin, walk.found, options.remedy, known.channels, any_alive)
+
+    def gather(walk: Walk, hit: Hit, shading: Shading) -> tuple[Walk, Any, Any]:
+        return _gather(scene, known, options, step, walk, hit, shading)
+
+    walk, layer, children = once(any_alive, batch(gather), walk, hit, shading)
+    if not known.is_tree:
+        return batch(_go_on)(walk, children[0]), layer
+    return batch(_line_up)(walk, *children), layer
+
+
+def _gather(
+    scene: Stage, known: Features, options: Options, step: Array, walk: Walk, hit: Hit, shading: Shading
+) -> tuple[Walk, tuple[Array, Array, Array, Array], list[Branch]]:
+    """What one hit adds, and the branches that leave it."""
     branch, found = walk.branch, walk.found
     alive, missed = branch.strength >= 0, found.code < 0
-    hit, hits = hits_at(scene, branch.ray, branch.origin, found, any_alive)
-    shading = shade(scene, hit, hits, found, options.remedy, known.channels, any_alive)
     through = _transmittance(branch.medium, hit.t, missed)
     per_index = 1.0 if branch.medium.index is None else 1 / branch.medium.index**2
     layer = Layers(
@@ -183,25 +69,26 @@ def visit(
     here = State(walk.radiance, jnp.where(alive, branch.beta, 0.0))
     after = bounce_step(here, layer)
     reaching = Reaching(hit, found, shading.weights, branch, here.beta * through)
-    children = spawned(scene, known, options, reaching, after.beta)
     last = (step if branch.depth is None else branch.depth) >= options.n_bounces
-    kept, cut, truncated = [], 0.0, 0.0
-    for child in children:
+    zero = jnp.zeros_like(here.beta)
+    kept, cut, truncated = [], zero, zero
+    for child in spawned(scene, known, options, reaching, after.beta):
         exists, weak = alive & (child.strength >= 0), child.strength < options.min_weight
         kept.append(child._replace(strength=jnp.where(exists & ~last & ~weak, child.strength, DEAD)))
         cut += jnp.where(exists & ~last & weak, child.beta, 0.0)
         truncated += jnp.where(exists & last, child.beta, 0.0)
-    following, waiting, no_room = kept[0], walk.waiting, 0.0
-    if known.is_tree:
-        following, waiting, no_room = _line_up(kept[0], kept[1], waiting)
-    # a ray that is dead keeps its state: nothing it is made of can overflow, in value or derivative
-    following = _choose(following.strength >= 0, following, branch._replace(strength=0 * branch.strength + DEAD))
     account = walk.account
     if account is not None:
         shown = here.beta * layer.local
-        account = _book(account, shown, (cut, truncated + no_room), alive, missed, _event(found, hit, shading))
+        account = _book(account, shown, (cut, truncated), alive, missed, _event(found, hit, shading))
     layer = layer._replace(local=jnp.where(alive, layer.local, 0.0), reflected=jnp.where(alive, layer.reflected, 0.0))
-    return Walk(after.radiance, following, found, waiting, account), (*layer, here.beta)
+    return walk._replace(radiance=after.radiance, account=account), (*layer, here.beta), kept
+
+
+def _go_on(walk: Walk, following: Branch) -> Walk:
+    """The next branch; a ray that is dead keeps its state, of which nothing can overflow, in value or derivative."""
+    dead = walk.branch._replace(strength=0 * walk.branch.strength + DEAD)
+    return walk._replace(branch=_choose(following.strength >= 0, following, dead))
 
 
 def _transmittance(medium: Medium, t: Array, missed: Array) -> Any:
@@ -240,12 +127,12 @@ def spawned(scene: Stage, known: Features, options: Options, reaching: Reaching,
     mirrors, medium = _leaves(scene, known.reflecting, found), branch.medium
     if known.absorbs:
         medium = medium._replace(sigma=weights.sigma_reflected + (0.0 if medium.inside is None else medium.inside))
-    left = jnp.where(options.remedy.skip, found.id, -1)
     depth = None if branch.depth is None else branch.depth + 1
 
     def child(direction: Vec3, inside: Array, beta: Array, medium: Medium, exists: Array) -> Branch:
         strength = jnp.where(exists, lax.stop_gradient(jnp.max(beta)), DEAD)
-        return Branch(spawn(hit, direction, options.remedy), Origin(left, inside), beta, depth, medium, strength)
+        origin = leaving(hit, found, direction, inside, options.remedy)
+        return Branch(spawn(hit, direction, options.remedy), origin, beta, depth, medium, strength)
 
     mirror_direction = reflect(hit.wo, hit.n)
     if not known.is_tree:
@@ -266,21 +153,36 @@ def _choose(condition: Array, a: Any, b: Any) -> Any:
     return jax.tree.map(lambda x, y: jnp.where(condition, x, y), a, b)
 
 
-def _line_up(a: Branch, b: Branch, waiting: tuple[Branch, ...]) -> tuple[Branch, tuple[Branch, ...], Array | float]:
-    """The branch to follow, those that wait, strongest first, and the weight of one for which there is no room."""
+def _line_up(walk: Walk, a: Branch, b: Branch) -> Walk:
+    """The stronger of two branches follows, the other waits; if neither exists, the strongest that waits follows.
+
+    The weight of a branch for which there is no room is truncated.
+    """
+    waiting = walk.waiting
     first = a.strength >= b.strength
     following, other = _choose(first, a, b), _choose(first, b, a)
-    slots = []
-    for slot in waiting:
-        before = other.strength > slot.strength
-        slots.append(_choose(before, other, slot))
-        other = _choose(before, slot, other)
-    no_room = jnp.where(other.strength >= 0, other.beta, 0.0)
-    if not slots:
-        return following, (), no_room
+    after = other.strength > waiting.strength  # slots behind the place of the new one
+    here = after & ~jnp.concatenate([jnp.zeros_like(after[:1]), after[:-1]])
+
+    def insert(x: Array, slots: Array) -> Array:
+        shape = after.shape + (1,) * (slots.ndim - 1)
+        behind = jnp.concatenate([slots[:1], slots[:-1]])
+        return jnp.where(here.reshape(shape), x, jnp.where(after.reshape(shape), behind, slots))
+
+    lined_up = jax.tree.map(insert, other, waiting)
+    last = jax.tree.map(lambda x: x[-1], waiting)
+    dropped = _choose(after[-1], last, other)
+    no_room = jnp.where(dropped.strength >= 0, dropped.beta, 0.0)
     done = following.strength < 0
-    moved = (*slots[1:], slots[-1]._replace(strength=jnp.full_like(other.strength, DEAD)))
-    return _choose(done, slots[0], following), tuple(map(lambda x, y: _choose(done, x, y), moved, slots)), no_room
+    head = jax.tree.map(lambda x: x[0], lined_up)
+    tail = jax.tree.map(lambda x: jnp.concatenate([x[1:], x[-1:]]), lined_up)
+    tail = tail._replace(strength=tail.strength.at[-1].set(DEAD))
+    account = walk.account
+    if account is not None:
+        budget = account.budget
+        account = account._replace(budget=budget._replace(truncated=budget.truncated + no_room))
+    walk = walk._replace(waiting=_choose(done, tail, lined_up), account=account)
+    return _go_on(walk, _choose(done, head, following))
 
 
 def _event(found: Found, hit: Hit, shading: Shading) -> Array:

@@ -26,8 +26,28 @@ Report = Callable[[int, int, int], None]
 """What a render calls after each band: with the pixels done, all pixels, and the rays traced so far."""
 
 
+class Meter:
+    """Rays per second of a render, the first band left out: most of its time is compilation."""
+
+    def __init__(self) -> None:
+        self.start = self.first = self.last = time.perf_counter()
+        self.rays_first = self.rays = 0
+
+    def note(self, rays: int) -> None:
+        """Take down the rays traced so far."""
+        self.last, self.rays = time.perf_counter(), rays
+        if self.first == self.start:
+            self.first, self.rays_first = self.last, rays
+
+    def __str__(self) -> str:
+        rays, seconds = self.rays - self.rays_first, self.last - self.first
+        if rays <= 0:
+            rays, seconds = self.rays, self.last - self.start
+        return f"{rays / max(seconds, 1e-9) / 1e6:.2f} Mrays/s"
+
+
 @contextmanager
-def progress(console: Console, name: str) -> Iterator[Report]:
+def progress(console: Console, name: str, meter: Meter) -> Iterator[Report]:
     """Bar with the rays per second, shown while the block runs."""
     columns = (
         TextColumn("{task.description}"),
@@ -38,18 +58,12 @@ def progress(console: Console, name: str) -> Iterator[Report]:
     )
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(f"{escape(name)}: compiling", total=None, speed="")
-        start = time.perf_counter()
 
         def report(done: int, total: int, rays: int) -> None:
-            speed = rays_per_second(rays, time.perf_counter() - start)
-            bar.update(task, description=escape(name), total=total, completed=done, speed=speed)
+            meter.note(rays)
+            bar.update(task, description=escape(name), total=total, completed=done, speed=str(meter))
 
         yield report
-
-
-def rays_per_second(rays: int, seconds: float) -> str:
-    """Speed as it is printed."""
-    return f"{rays / max(seconds, 1e-9) / 1e6:.2f} Mrays/s"
 
 
 def overrides(given: Mapping[str, Any], settings: list[str]) -> list[str]:
@@ -86,43 +100,33 @@ def render(
     paths = list(dict.fromkeys(out or [Path(f"{Path(scene).stem}.png")]))
     for path in paths:
         image.format_of(path, loaded.channels)
-    console = Console(stderr=True)
+    facts = {
+        "scene": Path(loaded.name).name,
+        "scene_sha256": loaded.sha256,
+        "settings": dataclasses.asdict(s),
+        "set": changes,
+    }
+    console, meter = Console(stderr=True), Meter()
     written: list[Path] = []
-    start = time.perf_counter()
-    rays = 0
-
     try:
-        with progress(console, Path(scene).stem) as report:
-
-            def count(done: int, total: int, traced: int) -> None:
-                nonlocal rays
-                rays = traced
-                report(done, total, traced)
-
+        with progress(console, Path(scene).stem, meter) as report:
             picture = render_image(
                 loaded.scene, loaded.camera, s.width, s.height, s.n_bounces,
-                spp=s.spp, seed=s.seed, alpha=s.alpha, progress=count,
+                spp=s.spp, seed=s.seed, alpha=s.alpha, progress=report,
             )  # fmt: skip
-        seconds = time.perf_counter() - start
-        facts = {
-            "scene": loaded.name,
-            "scene_sha256": loaded.sha256,
-            "settings": dataclasses.asdict(s),
-            "set": changes,
-        }
-        straight = s.alpha == "printed"
         for path in paths:
             image.write(
-                path, picture,
-                exposure=s.exposure, transparent=transparent, straight=straight, half=half, metadata=facts,
+                path, picture, exposure=s.exposure, transparent=transparent, straight=s.alpha == "printed",
+                half=half, metadata=facts,
             )  # fmt: skip
             written.append(path)
     except KeyboardInterrupt:
         kept = f"complete: {', '.join(map(str, written))}" if written else "nothing was written"
         console.print(f"interrupted; {escape(kept)}")
         raise typer.Exit(INTERRUPTED) from None
+    seconds = time.perf_counter() - meter.start
     size = f"{s.width} x {s.height}, {s.n_bounces} bounces, {s.spp} spp"
-    print(f"{', '.join(map(str, written))}: {size}, {seconds:.1f} s, {rays_per_second(rays, seconds)}")
+    print(f"{', '.join(map(str, written))}: {size}, {seconds:.1f} s, {meter}")
 
 
 @app.command()

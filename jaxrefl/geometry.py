@@ -2,14 +2,15 @@ r"""Rays, spheres and planes: where a ray hits, in forms that do not cancel, and
 
 A shape is one primitive; every method is written for ONE ray and ONE primitive. It offers
 
-    roots(ray, own, inside, t_min)   the nearest acceptable distance, inf for none, and which root it is: the search
-    point(ray, own, far)             the same distance again with the point and its normal, differentiable
-    legal_ray()                      a ray that hits it head on, put in the place of one that misses
+    roots(ray, t_min)             the nearest acceptable distance, inf for none, and which root it is: the search
+    blocks(ray, t_min, distance)  whether it stands in between: the shadow
+    point(ray, own, far, here)    the same distance again with the point and its normal, differentiable
+    chord(n, direction)           how far it is through the inside, from a point of normal n: inf where there is none
 
 The search runs over numbers without derivatives and is carried, never decided twice; value and gradient of the hit
-come from `point` alone. For a sphere of centre c the foot of the perpendicular l = oc - (oc . d) d decides, with
-r^2 - |l|^2 in place of the textbook discriminant, and the point is c + r n with a unit n: it lies on the sphere to
-rounding, however far the ray came from.
+come from `point` alone, which gives a legal point also where the ray does not hit (``here`` False). For a sphere of
+centre c the foot of the perpendicular l = oc - (oc . d) d decides, with r^2 - |l|^2 in place of the textbook
+discriminant, and the point is c + r n with a unit n: it lies on the sphere to rounding, however far the ray came from.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from .params import param
-from .safe import safe_divide, safe_sqrt
-from .vec import Vec3, cross, dot, normalize, where
+from .safe import safe_sqrt
+from .vec import Vec3, cross, dot, normalize
 
 Scalar = Float[Array, ""]
 Flag = Bool[Array, ""]
@@ -82,6 +83,8 @@ class Hit(NamedTuple):
     """Surface coordinates, see `Point`."""
     entering: Array
     """() bool: the ray came from the outside."""
+    diameter: Any = jnp.inf
+    """() longest way through the primitive, inf for a plane."""
 
     @property
     def cos_theta_o(self) -> Scalar:
@@ -108,8 +111,8 @@ class Remedy(NamedTuple):
     along_normal: Any = 0.0
     """The origin is moved this far along the normal, to the side where the new ray goes."""
     skip: Any = True
-    """The primitive just left is not tested; from inside a sphere its far root is taken (the document's third remedy
-    leaves the object out altogether, which loses every ray that was refracted into it)."""
+    """The primitive just left is not tested; from inside a sphere its chord is taken, which needs no root (the
+    document's third remedy leaves the object out altogether, which loses every ray that was refracted into it)."""
 
 
 SKIP = Remedy()
@@ -143,39 +146,45 @@ class Sphere:
     center: Any = param("(-inf, inf)", vector=True, doc="centre")
     radius: Any = param("(0, inf)", default=1.0, doc="radius")
 
-    def roots(self, ray: Ray, own: Flag, inside: Flag, t_min: Scalar) -> Root:
-        """Nearest distance above t_min; of the sphere that the ray leaves (``own``), the chord if it runs inside."""
-        b, foot = self._foot(ray)
-        discriminant = self.radius**2 - dot(foot, foot)
+    def roots(self, ray: Ray, t_min: Scalar) -> Root:
+        """Nearest distance above t_min."""
+        oc = ray.origin - self.center
+        b = dot(oc, ray.direction)
+        foot = oc - ray.direction * b
+        discriminant = self.radius * self.radius - dot(foot, foot)
         half_chord = jnp.sqrt(jnp.maximum(discriminant, 0.0))
-        near, far = -b - half_chord, -b + half_chord
-        first = near > t_min
-        t = jnp.where(first, near, far)
-        t = jnp.where((discriminant > 0) & (t > t_min), t, jnp.inf)
-        chord = jnp.where(inside, 2 * jnp.abs(b), jnp.inf)
-        return Root(jnp.where(own, chord, t), own | ~first)
+        near, far = -b - half_chord, half_chord - b
+        inside = near <= t_min
+        t = jnp.where(inside, far, near)
+        return Root(jnp.where((discriminant > 0) & (t > t_min), t, jnp.inf), inside)
 
-    def point(self, ray: Ray, own: Flag, far: Flag) -> Point:
+    def blocks(self, ray: Ray, t_min: Scalar, distance: Scalar) -> Flag:
+        """Whether a root -b -+ h lies between t_min and a distance; compared by squares, without a square root."""
+        oc = ray.origin - self.center
+        b = dot(oc, ray.direction)
+        foot = oc - ray.direction * b
+        h2 = self.radius * self.radius - dot(foot, foot)
+        low, high = t_min + b, distance + b
+        inner = (low * low < h2) & (high > 0) & (high * high > h2)  # it starts inside and leaves before the distance
+        return inner | ((low < 0) & (low * low >= h2) & (h2 > 0) & ((high > 0) | (high * high < h2)))
+
+    def point(self, ray: Ray, own: Flag, far: Flag, here: Flag) -> Point:
         """Point of the chosen root, with derivatives (at grazing, where the true one is infinite, finite)."""
-        b, foot = self._foot(ray)
-        half_chord = safe_sqrt(self.radius**2 - dot(foot, foot))
-        half_chord = jnp.where(own, -b, half_chord)  # the chord of a ray that starts on the sphere: no root is taken
-        along = jnp.where(far, half_chord, -half_chord)
-        n = normalize(foot + ray.direction * along)
-        return Point(along - b, self.center + n * self.radius, n, *_sphere_map(n))
-
-    def legal_ray(self) -> Ray:
-        """Ray that hits the sphere head on, from above the equator."""
-        d = Vec3(*(jnp.full_like(self.radius, x) for x in (-0.6, 0.0, -0.8)))
-        return Ray(self.center - d * (2 * self.radius), d)
-
-    def _foot(self, ray: Ray) -> tuple[Scalar, Vec3]:
-        """oc . d, and the foot of the perpendicular from the centre on the ray, seen from the centre."""
         oc = ray.origin - self.center
         b = dot(oc, ray.direction)
         foot = oc - ray.direction * b
         again = dot(foot, ray.direction)  # what rounding left of d in the foot
-        return b + again, foot - ray.direction * again
+        b, foot = b + again, foot - ray.direction * again
+        r2 = self.radius * self.radius
+        half_chord = safe_sqrt(jnp.where(here, r2 - dot(foot, foot), r2))
+        # a ray that starts on the sphere and runs inside: the chord, no root is taken
+        along = jnp.where(own, -b, jnp.where(far, half_chord, -half_chord))
+        n = normalize(foot + ray.direction * along)
+        return Point(along - b, self.center + n * self.radius, n, *_sphere_map(n))
+
+    def chord(self, n: Vec3, direction: Vec3) -> Scalar:
+        """Length 2 r |n . d| of the chord from a point of normal n."""
+        return 2 * self.radius * jnp.abs(dot(n, direction))
 
 
 def _sphere_map(n: Vec3) -> tuple[Vec3, tuple[Array, Array]]:
@@ -197,30 +206,33 @@ class Plane:
     point_on: Any = param("(-inf, inf)", vector=True, doc="any point of the plane, where u = v = 0")
     normal: Any = param("(-inf, inf)", vector=True, doc="normal, of any length but 0")
 
-    def roots(self, ray: Ray, own: Flag, inside: Flag, t_min: Scalar) -> Root:
-        """Distance above t_min; a ray that leaves the plane (``own``) never meets it again."""
+    def roots(self, ray: Ray, t_min: Scalar) -> Root:
+        """Distance above t_min."""
         height, slope = self._height(ray, self._unit())
         toward = height * slope < 0
         t = -height / jnp.where(toward, slope, 1.0)
-        t = jnp.where(toward & (t > t_min) & ~own, t, jnp.inf)
-        return Root(t, jnp.zeros_like(own))
+        return Root(jnp.where(toward & (t > t_min), t, jnp.inf), jnp.zeros_like(toward))
 
-    def point(self, ray: Ray, own: Flag, far: Flag) -> Point:
+    def blocks(self, ray: Ray, t_min: Scalar, distance: Scalar) -> Flag:
+        """Whether the plane is met between t_min and a distance."""
+        height, slope = self._height(ray, self._unit())
+        reach, size = jnp.abs(slope), jnp.abs(height)
+        return (height * slope < 0) & (size > t_min * reach) & (size < distance * reach)
+
+    def point(self, ray: Ray, own: Flag, far: Flag, here: Flag) -> Point:
         """Point of the plane, put back on it after rounding."""
         n = self._unit()
         height, slope = self._height(ray, n)
-        t = -safe_divide(height, slope)
+        t = -height / jnp.where(here & (slope != 0), slope, 1.0)
         p = ray.at(t)
         p = p - n * dot(p - self.point_on, n)
         tangent = _any_tangent(n)
         away = p - self.point_on
         return Point(t, p, n, tangent, (dot(away, tangent), dot(away, cross(n, tangent))))
 
-    def legal_ray(self) -> Ray:
-        """Ray that falls on the plane obliquely from its outer side, one unit away."""
-        n = self._unit()
-        d = _any_tangent(n) * 0.6 - n * 0.8
-        return Ray(self.point_on - d, d)
+    def chord(self, n: Vec3, direction: Vec3) -> Scalar:
+        """None: what goes below a plane does not meet it again."""
+        return jnp.full_like(direction.x, jnp.inf)
 
     def _unit(self) -> Vec3:
         return normalize(self.normal)
@@ -234,12 +246,6 @@ def _any_tangent(n: Vec3) -> Vec3:
     steep = jnp.abs(n.x) > 0.95
     axis = Vec3(*(jnp.where(steep, a, b).astype(n.x.dtype) for a, b in ((0.0, 1.0), (1.0, 0.0), (0.0, 0.0))))
     return normalize(axis - n * dot(axis, n))
-
-
-def hit_of(ray: Ray, point: Point, far: Flag) -> Hit:
-    """Hit of a ray at a point: the normal turned to the viewer."""
-    entering = (dot(ray.direction, point.n) < 0) & ~far
-    return Hit(point.p, where(entering, point.n, -point.n), point.tangent, -ray.direction, point.t, point.uv, entering)
 
 
 def spawn(hit: Hit, direction: Vec3, remedy: Remedy) -> Ray:
@@ -275,7 +281,6 @@ __all__ = [
     "Root",
     "Sphere",
     "cosine",
-    "hit_of",
     "no_remedy",
     "nudge",
     "offset",

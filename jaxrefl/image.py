@@ -183,7 +183,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
         with np.load(path) as arrays:
             text = str(arrays[KEY])
     elif kind == "exr":
-        with openexr().File(str(path), header_only=True) as file:
+        with openexr().File(str(path), separate_channels=True) as file:
             text = file.header()[KEY]
     else:
         import imageio.v3 as iio

@@ -14,7 +14,7 @@ the tracer does the same by itself.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -23,7 +23,6 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from .light import Ambient
 from .params import Param, is_concrete, param, parameters, require
 from .vec import Vec3
 
@@ -79,7 +78,7 @@ def walk(tree: Any, path: str, change: Callable[[Leaf], Any]) -> Any:
     """
     if isinstance(tree, Mapping):
         return {key: walk(tree[key], f"{path}.{key}".lstrip("."), change) for key in sorted(tree)}
-    if not _is_model(tree):
+    if not is_model(tree):
         return change(Leaf(path, tree, None))
     declared = {p.name: p for p in parameters(tree)}
     fields = {}
@@ -87,14 +86,15 @@ def walk(tree: Any, path: str, change: Callable[[Leaf], Any]) -> Any:
         value, name = getattr(tree, field.name), f"{path}.{field.name}".lstrip(".")
         if field.metadata.get("static") or value is None:
             continue
-        nested = _is_model(value) or isinstance(value, Mapping)
+        nested = is_model(value) or isinstance(value, Mapping)
         fields[field.name] = (
             walk(value, name, change) if nested else change(Leaf(name, value, declared.get(field.name)))
         )
     return dataclasses.replace(tree, **fields)
 
 
-def _is_model(value: Any) -> bool:
+def is_model(value: Any) -> bool:
+    """True for a dataclass of parameters, which a `Vec3` is not."""
     return dataclasses.is_dataclass(value) and not isinstance(value, (type, Vec3))
 
 
@@ -162,9 +162,8 @@ def _dtype(scene: Scene) -> Any:
 
     def note(leaf: Leaf) -> Any:
         for value in jax.tree.leaves(leaf.value):
-            dtype = getattr(value, "dtype", None)
-            if isinstance(value, Array) and not value.weak_type and jnp.issubdtype(dtype, jnp.floating):
-                first.setdefault(dtype, leaf.path)
+            if isinstance(value, Array) and not value.weak_type and jnp.issubdtype(value.dtype, jnp.floating):
+                first.setdefault(value.dtype, leaf.path)
         return leaf.value
 
     walk(scene, "", note)
@@ -231,9 +230,9 @@ def _walk_own(tree: Any, path: str, change: Callable[[Leaf], Any]) -> Any:
     fields = {}
     for field in dataclasses.fields(tree):
         value, name = getattr(tree, field.name), f"{path}.{field.name}"
-        if _is_model(value) and not is_shared(value):
+        if is_model(value) and not is_shared(value):
             fields[field.name] = _walk_own(value, name, change)
-        elif not _is_model(value) and value is not None and not field.metadata.get("static"):
+        elif not is_model(value) and value is not None and not field.metadata.get("static"):
             known = next((p for p in parameters(tree) if p.name == field.name), None)
             fields[field.name] = change(Leaf(name, value, known))
     return dataclasses.replace(tree, **fields)
@@ -243,99 +242,3 @@ def primitive_names(scene: Scene) -> list[str]:
     """Name of the object of each primitive, in the order in which primitives are numbered."""
     items = canonical(scene).objects.items()
     return [name for name, item in items for _ in range(jax.tree.leaves(item.shape)[0].shape[0])]
-
-
-class Kind(NamedTuple):
-    """All primitives of one shape: what the search runs over."""
-
-    shape: Any
-    """Leaves (n,)."""
-    ids: tuple[int, ...]
-    """Number of each in the scene."""
-
-
-class Group(NamedTuple):
-    """Primitives of one shape and one model of surface: what is shaded together."""
-
-    surface: Any
-    """Leaves (n, ...)."""
-    ids: tuple[int, ...]
-    """Number of each in the scene."""
-    kind: int
-    """Which of the kinds they are of."""
-
-
-class Stage(NamedTuple):
-    """Scene as the tracer wants it: equal models stacked."""
-
-    kinds: tuple[Kind, ...]
-    groups: tuple[Group, ...]
-    lights: tuple[Any, ...]
-    """Stacked lights, one entry per model."""
-    ambient: Any
-    """(C,) sum of the global ambient intensities."""
-    background: Any
-
-    @property
-    def dtype(self) -> Any:
-        """Dtype of every leaf."""
-        return jax.tree.leaves(self.kinds[0].shape)[0].dtype
-
-    def radiance_behind(self, direction: Vec3) -> Array:
-        """Background in a direction."""
-        return self.background(direction) if callable(self.background) else self.background
-
-
-def stage(scene: Scene) -> Stage:
-    """Scene with equal models stacked: objects by shape, then by surface; lights by model. Traceable."""
-    scene = canonical(scene)
-    sizes = {name: jax.tree.leaves(item.shape)[0].shape[0] for name, item in scene.objects.items()}
-    first = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
-    numbers = {name: tuple(range(first[name], first[name] + size)) for name, size in sizes.items()}
-    kinds, groups = [], []
-    for members in _alike(scene.objects, lambda item: jax.tree.structure(item.shape)):
-        shapes = [scene.objects[name].shape for name in members]
-        kinds.append(Kind(_stack(shapes), tuple(i for name in members for i in numbers[name])))
-        for names in _alike({name: scene.objects[name] for name in members}, _surface_key):
-            surface = _stack([scene.objects[name].surface for name in names])
-            groups.append(Group(surface, tuple(i for name in names for i in numbers[name]), len(kinds) - 1))
-    ambient = [light.intensity for light in scene.lights.values() if isinstance(light, Ambient)]
-    others = {k: jax.tree.map(lambda x: x[None], v) for k, v in scene.lights.items() if not isinstance(v, Ambient)}
-    lights = tuple(_stack([others[name] for name in names]) for names in _alike(others, jax.tree.structure))
-    return Stage(tuple(kinds), tuple(groups), lights, sum(ambient) if ambient else 0.0, scene.background)
-
-
-def _alike(items: Mapping[str, Any], key: Callable[[Any], Any]) -> list[list[str]]:
-    """Names of the items in lists of equal key, in order."""
-    lists: dict[Any, list[str]] = {}
-    for name, item in items.items():
-        lists.setdefault(key(item), []).append(name)
-    return list(lists.values())
-
-
-def _surface_key(item: Object) -> Any:
-    """Equal for objects whose surfaces can be stacked: of one structure, and nothing shared."""
-    shared = any(is_shared(model) for model in _models(item.surface))
-    return jax.tree.structure(item.surface), id(item) if shared else None
-
-
-def _models(tree: Any) -> Iterator[Any]:
-    """A model and the models in its fields."""
-    yield tree
-    for field in dataclasses.fields(tree):
-        value = getattr(tree, field.name)
-        if _is_model(value):
-            yield from _models(value)
-
-
-def _stack(models: list[Any]) -> Any:
-    """Equal models as one, along the leading axis; a spectrum (1,) is widened where another one has C channels."""
-
-    if len(models) == 1:
-        return models[0]
-
-    def join(*leaves: Array) -> Array:
-        rest = jnp.broadcast_shapes(*(x.shape[1:] for x in leaves))
-        return jnp.concatenate([jnp.broadcast_to(x, (x.shape[0], *rest)) for x in leaves])
-
-    return jax.tree.map(join, *models)

@@ -6,26 +6,39 @@ A texture is any dataclass with ``__call__(uv) -> (C,)``. u and v are lengths on
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from .params import param
+from .params import param, parameters
+from .vec import Vec3
 
 UV = tuple[Array, Array]
 
 
-def lookup(value: Any, uv: UV) -> Float[Array, "*C"]:
-    """Colour at a place: a texture's value there, or the constant itself."""
-    return value(uv) if callable(value) else value
+def is_texture(value: Any) -> bool:
+    """True for a model that stands in the place of a number."""
+    return dataclasses.is_dataclass(value) and not isinstance(value, type) and callable(value)
 
 
-def lookup_scalar(value: Any, uv: UV) -> Float[Array, ""]:
-    """Scalar at a place: the first channel of a texture's value there, or the constant itself."""
-    return value(uv)[0] if callable(value) else value
+def resolve(model: Any, uv: UV) -> Any:
+    """A surface with every texture replaced by its value at a place: models of surfaces never see a texture.
+
+    A parameter that is not spectral takes the first channel.
+    """
+    spectral = {p.name: p.spectral for p in parameters(model)}
+    fields = {}
+    for field in dataclasses.fields(model):
+        value = getattr(model, field.name)
+        if is_texture(value):
+            color = value(uv)
+            fields[field.name] = color if spectral.get(field.name, True) else color[0]
+        elif dataclasses.is_dataclass(value) and not isinstance(value, Vec3):
+            fields[field.name] = resolve(value, uv)
+    return dataclasses.replace(model, **fields) if fields else model
 
 
 @jax.tree_util.register_dataclass
@@ -52,6 +65,8 @@ class ImageTexture:
     Row 0 begins at v = 0, the north pole of a sphere. Differentiable in the pixels and, between their centres, in u
     and v. It is shared by all primitives of an object.
     """
+
+    shared: ClassVar[bool] = True
 
     pixels: Any = param("[0, inf)", spectral=True, doc="(H, W, C)")
     scale_u: Any = param("(0, inf)", default=1.0, doc="pictures per unit of u")

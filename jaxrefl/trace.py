@@ -17,11 +17,14 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from . import d3d9
-from .bounce import Account, Budget, Options, Walk, features, search, start, visit
+from .bounce import search, visit
 from .geometry import SKIP, Hit, Ray, Remedy, refract, spawn
 from .params import Interval, require
-from .scene import Scene, Stage, canonical_model, check, stage
-from .shade import Found, Origin, closest_hit, elsewhere, hits_at, is_among, pick
+from .path import Account, Budget, Options, Walk, features, start
+from .scene import Scene, canonical_model, check
+from .search import Found, Origin, closest_hit, elsewhere, leaving
+from .shade import batch, chart_at, hit_at, models_at, shapes_at
+from .stage import Stage, stage
 from .vec import Vec3, reflect, where
 
 
@@ -76,14 +79,12 @@ def trace_batch(
     """`trace` of a staged scene; call it inside jit."""
     known = features(scene)
     steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
-    waiting = min(n_bounces, max_waiting) if known.is_tree else 0
+    waiting = max(1, min(n_bounces, max_waiting))
     # the batch is the last axis, so that a colour is C rows of N: everything runs along N
-    begin = functools.partial(start, known=known, waiting=waiting, account=account)
-    look = jax.vmap(functools.partial(search, scene, options), in_axes=-1, out_axes=-1)
-    step = jax.checkpoint(
-        jax.vmap(functools.partial(visit, scene, known, options), in_axes=(-1, None, None), out_axes=-1)
-    )
-    walk = look(jax.vmap(begin, out_axes=-1)(rays))
+    begin = batch(functools.partial(start, known=known, waiting=waiting, account=account))
+    look = batch(functools.partial(search, scene, options))
+    step = jax.checkpoint(functools.partial(visit, scene, known, options))
+    walk = look(begin(rays))
     found = walk.found
     unlit = (jnp.zeros_like(walk.radiance),) * 4
 
@@ -96,9 +97,7 @@ def trace_batch(
         return lax.cond(any_alive(walk), look, lambda walk: walk, walk), layer if terms else None
 
     walk, layers = lax.scan(body, walk, jnp.arange(steps, dtype=jnp.int32))
-    first = functools.partial(hits_at, scene, alive=any_alive(walk) | True)
-    hit, hits = jax.vmap(first)(rays, jax.vmap(lambda ray: elsewhere(ray.direction.x))(rays), found)
-    coverage, alpha = jax.vmap(functools.partial(_opacity, scene, known.channels))(hits, found)
+    hit, coverage, alpha = batch(functools.partial(_first_hit, scene, known.channels))(rays, found)
     missed = found.code < 0
     return Trace(
         walk.radiance.T,
@@ -116,21 +115,30 @@ def _settle(walk: Walk) -> Account | None:
     """Account of a batch at the end: what still waits is truncated."""
     if walk.account is None:
         return None
-    pending = sum(jnp.where(branch.strength >= 0, branch.beta, 0.0) for branch in (walk.branch, *walk.waiting))
+    pending = jnp.where(walk.branch.strength >= 0, walk.branch.beta, 0.0)
+    if walk.waiting is not None:
+        pending += jnp.sum(jnp.where(walk.waiting.strength[:, None] >= 0, walk.waiting.beta, 0.0), axis=0)
     budget = walk.account.budget
     return walk.account._replace(budget=Budget(*(x.T for x in budget._replace(truncated=budget.truncated + pending))))
 
 
-def _opacity(scene: Stage, channels: int, hits: tuple[Hit, ...], found: Found) -> tuple[Array, Array]:
-    """Coverage and opacity of the first hit."""
+def _first_hit(scene: Stage, channels: int, ray: Ray, found: Found) -> tuple[Hit, Array, Array]:
+    """First hit of a ray, its coverage and its opacity."""
+    hit, models = _surfaces(scene, ray, elsewhere(ray.direction.x), found)
     coverage = alpha = jnp.zeros_like(found.t)
-    for group in scene.groups:
-        here = is_among(group.ids, found.id)
-        weights = pick(group.surface, group.ids, found.id).weights(hits[group.kind])
+    for here, own, surface in models:
+        weights = surface.weights(own)
         reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, found.t.dtype), (channels,))
         coverage = jnp.where(here, weights.alpha, coverage)
         alpha = jnp.where(here, d3d9.alpha_premultiplied(weights.alpha, reflected), alpha)
-    return coverage, alpha
+    return hit, coverage, alpha
+
+
+def _surfaces(scene: Stage, ray: Ray, origin: Origin, found: Found) -> tuple[Hit, Any]:
+    """Hit of one ray, and the models there."""
+    shapes = shapes_at(scene, found)
+    hit = hit_at(scene, shapes, ray, origin, found)
+    return hit, models_at(scene, chart_at(scene, shapes, ray, origin, found, hit), found)
 
 
 @functools.partial(jax.jit, static_argnames=("n_bounces", "max_nodes", "max_waiting", "account", "terms"))
@@ -210,19 +218,18 @@ def _one_branch(
 ) -> tuple[Ray, Origin, Array]:
     """The next hit, and the prescribed branch there; a ray that has none stays as it is and is dead."""
     found = closest_hit(scene, ray, origin, remedy)
-    hit, hits = hits_at(scene, ray, origin, found, alive)
+    hit, models = _surfaces(scene, ray, origin, found)
     direction, inside, exists = reflect(hit.wo, hit.n), ~hit.entering, alive & (found.code >= 0)
     if transmits:
         eta = jnp.ones_like(hit.t)
-        for group in scene.groups:
-            weights = pick(group.surface, group.ids, found.id).weights(hits[group.kind])
-            eta = jnp.where(is_among(group.ids, found.id), weights.eta, eta)
+        for here, own, surface in models:
+            eta = jnp.where(here, surface.weights(own).eta, eta)
         direction, total = refract(hit.wo, hit.n, jnp.where(hit.entering, eta, 1 / eta))
         inside, exists = hit.entering, exists & ~total
     new = spawn(hit, direction, remedy)
     ray = Ray(where(exists, new.origin, ray.origin), where(exists, new.direction, ray.direction))
-    left = jnp.where(exists, jnp.where(remedy.skip, found.id, -1), origin.left)
-    return ray, Origin(left, jnp.where(exists, inside, origin.inside)), exists
+    start = leaving(hit, found, direction, inside, remedy)
+    return ray, jax.tree.map(lambda a, b: jnp.where(exists, a, b), start, origin), exists
 
 
 def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:

@@ -15,7 +15,8 @@ FIGURES = Path(__file__).parent.parent / "figures"
 FILES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 READING_ORDER = [
     *("params", "safe", "vec", "fresnel", "quadrature", "series", "d3d9", "brdf", "albedo"),
-    *("geometry", "light", "texture", "surface", "scene", "camera", "shade", "bounce", "trace", "render", "check"),
+    *("geometry", "light", "texture", "surface", "scene", "stage", "camera"),
+    *("search", "shade", "path", "bounce", "trace", "render", "check"),
     *("files", "image", "scene_file", "plot", "gallery", "cli_scene", "cli", "__main__"),
 ]
 
@@ -98,7 +99,7 @@ import jaxrefl
 assert dict(jax.config.values) == before, "a jax setting changed"
 assert not jax.config.jax_enable_x64
 assert not jax.live_arrays(), "arrays were allocated"
-print(*sorted({"matplotlib", "colour", "typer", "rich", "scipy.optimize"} & set(sys.modules)))
+print(*sorted({"matplotlib", "colour", "typer", "rich", "scipy.optimize", "pydantic", "imageio", "PIL", "OpenEXR"} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr

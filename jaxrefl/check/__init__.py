@@ -10,11 +10,14 @@ that computes, vectorised over the rows, the columns of the block from its input
     approximations  C: Schlick's family, fits, extrema
     energy          D, E, G: averages, albedos, the D3D9 furnace
     bounces         H: the bounce series
+    pictures, rays, edges
+                    I: scenes, by tracing rays through them
 
-A value must agree to the block's rtol or 1e-13, whichever is larger, a derivative to 1e-11.
+A value must agree to the block's rtol or 1e-13, whichever is larger, a derivative to 1e-11; where an evaluator says so,
+less.
 """
 
-from . import approximations, bounces, energy, interface  # noqa: F401  # each registers its evaluators
+from . import approximations, bounces, edges, energy, interface, pictures, rays  # noqa: F401  # each registers its evaluators
 from .table import Row as Row
 from .table import block_names as block_names
 from .table import evaluate as evaluate

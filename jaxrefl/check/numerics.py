@@ -1,4 +1,4 @@
-"""Slopes and minima of elementwise functions, by automatic differentiation."""
+"""Slopes and minima of elementwise functions, by automatic differentiation, and the ends of predicates."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
+from jax.typing import ArrayLike
 
 NODES = 200
 """Of the Gauss-Legendre rule for averages and fits: twice as many as change the last digit."""
@@ -43,3 +45,13 @@ def extrema(f: Callable[[Any], Array]) -> tuple[Array, Array]:
     sign = jnp.array([[-1.0], [1.0]])
     high, low = jnp.rad2deg(minimum(lambda theta: sign * f(jnp.cos(theta)), jnp.linspace(0.0, jnp.pi / 2, 181)))
     return high, low
+
+
+def boundary(holds: Callable[[np.ndarray], ArrayLike], low: ArrayLike, high: ArrayLike) -> np.ndarray:
+    """Place between ``low`` and ``high`` where an elementwise predicate ceases to hold, by bisection on the host."""
+    low, high = np.array(low, float), np.array(high, float)
+    for _ in range(52):
+        middle = 0.5 * (low + high)
+        still = np.asarray(holds(middle))
+        low, high = np.where(still, middle, low), np.where(still, high, middle)
+    return 0.5 * (low + high)

@@ -20,6 +20,8 @@ DERIVATIVE_RTOL = 1e-11  # the same through automatic differentiation
 
 Columns: TypeAlias = Mapping[str, Array]
 """Input columns of a block by name, each (rows,)."""
+HostColumns: TypeAlias = dict[str, Any]
+"""The same as NumPy arrays, for a computation on the host."""
 Compute: TypeAlias = Callable[[Any], Mapping[str, ArrayLike]]
 """From the input columns to the computed ones, (rows,) or a number where the table has a single one."""
 
@@ -54,6 +56,7 @@ class Evaluator(NamedTuple):
     inputs: tuple[str, ...]
     derivatives: tuple[str, ...]
     skipped: Mapping[str, str]
+    looser: Mapping[str, float]
     given: str
     jit: bool
 
@@ -75,6 +78,7 @@ def evaluates(
     inputs: str = "",
     *,
     derivatives: str = "",
+    looser: Mapping[str, float] | None = None,
     skipped: Mapping[str, str] | None = None,
     given: str = "",
     jit: bool = True,
@@ -85,6 +89,7 @@ def evaluates(
         block: its name.
         inputs: columns that are given, separated by spaces; they make the label.
         derivatives: computed columns that come from automatic differentiation, likewise.
+        looser: computed columns that cannot be had as accurately, with their tolerance; the reason stands beside it.
         skipped: columns that are not computed, or labels of rows that are not compared, with the reason.
         given: inputs that the block states in words, for the label.
         jit: False for a computation on the host; only such a one sees inputs that are words.
@@ -92,7 +97,7 @@ def evaluates(
 
     def register(compute: Compute) -> Compute:
         columns = tuple(inputs.split()), tuple(derivatives.split())
-        evaluators[block] = Evaluator(compute, *columns, skipped or {}, given, jit)
+        evaluators[block] = Evaluator(compute, *columns, skipped or {}, looser or {}, given, jit)
         return compute
 
     return register
@@ -203,7 +208,8 @@ def evaluate(name: str) -> list[Row]:
     block, evaluator, computed, rows = _blocks()[name], evaluators[name], _computed(name), []
     for quantity in sorted(computed, key=list(block.columns).index):
         texts, values = block.columns[quantity], computed[quantity]
-        rtol = max(block.rtol, DERIVATIVE_RTOL if quantity in evaluator.derivatives else VALUE_RTOL)
+        reached = DERIVATIVE_RTOL if quantity in evaluator.derivatives else VALUE_RTOL
+        rtol = max(block.rtol, evaluator.looser.get(quantity, reached))
         for i, (value, text) in enumerate(zip(np.broadcast_to(values, len(texts)).tolist(), texts, strict=True)):
             label = _label(name, i if quantity in block.fields else None)
             if text is None or label in evaluator.skipped:

@@ -10,6 +10,7 @@ Angles are drawn in degrees. The figures of this project are made with these fun
 only package that imports matplotlib, and it leaves the user's rcParams and backend alone.
 """
 
+from .bar import shared_bar as shared_bar
 from .curves import angles as angles
 from .curves import cartesian as cartesian
 from .curves import convergence as convergence
@@ -24,6 +25,10 @@ from .diagram import mark as mark
 from .diagram import note as note
 from .diagram import points as points
 from .diagram import segment as segment
+from .layers import bars as bars
+from .layers import categories as categories
+from .layers import normals as normals
+from .layers import strip as strip
 from .picture import field as field
 from .picture import picture as picture
 from .style import ANGLE as ANGLE

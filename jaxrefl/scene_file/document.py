@@ -87,7 +87,8 @@ def _require_key(setting: str, node: Any, path: Sequence[str], step: str) -> Non
     model = table_at(path, node)
     known = list(dict.fromkeys([*(keys(model) if model else ()), *node]))
     if step not in known:
-        raise ValueError(f"setting = {setting!r}: {where or 'the file'} has no {step!r}, it has {', '.join(known)}")
+        there = ", ".join(known) or "nothing"
+        raise ValueError(f"setting = {setting!r}: {where or 'the file'} has no {step!r}, it has {there}")
 
 
 def _value(text: str) -> Any:
@@ -158,6 +159,5 @@ def _pictures(node: Any) -> list[str]:
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON schema of scene files, with ranges, units and meanings: an editor can check a file while it is written."""
-    schema = document_table().model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    """JSON schema (2020-12) of scene files, with ranges, units and meanings, for editors that check a file."""
+    return document_table().model_json_schema()

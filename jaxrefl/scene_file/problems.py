@@ -55,6 +55,8 @@ def _description(document: Any, path: Path) -> str:
     """What the key at a path is for, and what it may hold."""
     while path and isinstance(path[-1], int):
         path = path[:-1]
+    if len(path) == 2 and path[0] in ("objects", "lights"):
+        path = path[:1]  # a name
     if not path:
         return "a table"
     model = table_at(path[:-1], node_at(document, path[:-1]))

@@ -12,7 +12,6 @@ from jaxtyping import Float
 from .. import d3d9
 from ..geometry import Hit, cosine
 from ..params import param
-from ..texture import lookup, lookup_scalar
 from ..vec import Vec3
 from .phong import Phong
 from .protocol import Local, Weights
@@ -52,10 +51,8 @@ class D3D9:
 
     def weights(self, hit: Hit) -> Weights:
         """1 - |lambda| for the base, lambda (1 - R) + s R for the reflected ray."""
-        metallic = lookup(self.metallic, hit.uv)
+        metallic = self.metallic
         size = d3d9.max_norm(metallic) if self.metallic_norm is None else self.metallic_norm
-        reflected = d3d9.total_reflection(
-            metallic, self._reflectance(hit.cos_theta_o), 1.0, lookup(self.specular, hit.uv)
-        )
-        alpha = lookup_scalar(self.alpha, hit.uv)
+        reflected = d3d9.total_reflection(metallic, self._reflectance(hit.cos_theta_o), 1.0, self.specular)
+        alpha = self.alpha
         return self.base.weights(hit)._replace(local=1 - size, reflected=reflected, alpha=alpha)

@@ -13,7 +13,6 @@ from jaxtyping import Float
 from ..geometry import Hit
 from ..params import param
 from ..safe import exp_log_power
-from ..texture import lookup
 from ..vec import Vec3, dot, normalize, reflect
 from .protocol import Local, Weights
 
@@ -60,8 +59,8 @@ class Phong:
         lit = cos_theta_i > 0
         lobe = blinn_lobe if self.highlight == "half_vector" else phong_lobe
         highlight = jnp.where(lit, lobe(hit.n, wi, hit.wo, self.shininess), 0.0)
-        return Local(lookup(self.k_d, hit.uv) * jnp.where(lit, cos_theta_i, 0.0), lookup(self.k_s, hit.uv) * highlight)
+        return Local(self.k_d * jnp.where(lit, cos_theta_i, 0.0), self.k_s * highlight)
 
     def weights(self, hit: Hit) -> Weights:
         """Everything is local."""
-        return Weights(emitted=lookup(self.emission, hit.uv), ambient=lookup(self.k_a, hit.uv))
+        return Weights(emitted=self.emission, ambient=self.k_a)

@@ -9,7 +9,6 @@ import jax
 
 from ..geometry import Hit
 from ..params import param
-from ..texture import lookup, lookup_scalar
 from ..vec import Vec3
 from .phong import Phong
 from .protocol import Local, Weights
@@ -32,7 +31,7 @@ class Blend:
 
     def weights(self, hit: Hit) -> Weights:
         """1 - alpha for the base, alpha for the reflected ray."""
-        alpha = lookup(self.reflectivity, hit.uv)
+        alpha = self.reflectivity
         return self.base.weights(hit)._replace(local=1 - alpha, reflected=alpha)
 
 
@@ -42,13 +41,13 @@ class Whitted:
     """Sum I = I_local + k_rg I_reflected + k_tg I_transmitted, with a distance attenuation of both.
 
     Nothing bounds 1 + k_rg + k_tg (S32): the budget of an image shows by how much light is made. Without k_tg (None)
-    the object is opaque. The attenuation exp(-sigma t) of each ray is not shown in the source, and its "k_rg and k_s" is
+    the object is opaque. The attenuation exp(-sigma t) of each ray is not shown in the source; its "k_rg and k_s" is
     read as k_rg and k_tg (S30). Under total reflection k_tg is added to k_rg. Source: JHU, "Global Light Terms" and
     "Illumination Model (cont.)".
     """
 
     base: Any = dataclasses.field(default_factory=Phong)
-    k_rg: Any = param("[0, inf)", spectral=True, default=0.0, doc="coefficient of the reflected ray")
+    k_rg: Any = param("[0, inf)", spectral=True, default=None, doc="coefficient of the reflected ray")
     k_tg: Any = param("[0, inf)", spectral=True, default=None, doc="coefficient of the transmitted ray")
     eta: Any = param("(0, inf)", default=1.0, doc="index of the inside over the outside")
     sigma_rg: Any = param("[0, inf)", unit="1/length", spectral=True, default=None, doc="extinction of reflected rays")
@@ -60,10 +59,12 @@ class Whitted:
 
     def weights(self, hit: Hit) -> Weights:
         """1 for the base, k_rg and k_tg for the rays."""
-        weights = self.base.weights(hit)._replace(reflected=lookup(self.k_rg, hit.uv))
+        weights = self.base.weights(hit)
+        if self.k_rg is not None:
+            weights = weights._replace(reflected=self.k_rg)
         if self.sigma_rg is not None:
-            weights = weights._replace(sigma_reflected=lookup(self.sigma_rg, hit.uv))
+            weights = weights._replace(sigma_reflected=self.sigma_rg)
         if self.k_tg is None:
             return weights
-        weights = weights._replace(transmitted=lookup(self.k_tg, hit.uv), eta=lookup_scalar(self.eta, hit.uv))
-        return weights if self.sigma_tg is None else weights._replace(sigma=lookup(self.sigma_tg, hit.uv))
+        weights = weights._replace(transmitted=self.k_tg, eta=self.eta)
+        return weights if self.sigma_tg is None else weights._replace(sigma=self.sigma_tg)

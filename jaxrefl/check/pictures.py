@@ -1,0 +1,232 @@
+"""Evaluators of section I, spheres seen from afar: photometry, highlights, mirror balls.
+
+Every value is the radiance that `trace` brings back to a pixel of an orthographic camera which looks at a sphere from
+above. Each channel is another surface, so that one ray, and one compilation, serves them all: the models of the library
+and two classical laws that it does not have, Minnaert's and that of Lommel and Seeliger.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..camera import Orthographic
+from ..geometry import Hit, Sphere
+from ..light import Directional
+from ..params import param
+from ..quadrature import gauss_legendre
+from ..scene import Object, Scene
+from ..surface import D3D9, Blend, Coat, Local, Phong, Weights
+from ..trace import radiance
+from ..vec import Vec3, dot
+from .numerics import boundary
+from .table import HostColumns, evaluates
+
+ORIGIN, UP, BLACK = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Phong(0.0)
+CAMERA = Orthographic(Vec3(0.0, 0.0, 5.0), up=UP)
+CHUNK = 1024
+LAMBERT, LOMMEL_SEELIGER, MINNAERT, PHONG, BLINN, SHINING, FRESNEL, SCHLICK, METALLIC, COS2, SCHLICK_COS, COS = range(
+    12
+)
+
+
+def batched(kernel: Callable[..., Any], *args: Any) -> Any:
+    """Result of a kernel, a jitted function of flat arrays of one size, for arrays that broadcast to any shape."""
+    arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in args))
+    shape, size = arrays[0].shape, arrays[0].size
+    chunks = [np.pad(x.ravel(), (0, -size % CHUNK), mode="edge").reshape(-1, CHUNK) for x in arrays]
+    parts = [kernel(*rows) for rows in zip(*chunks, strict=True)]
+    return jax.tree.map(lambda *x: np.concatenate(x)[:size].reshape((*shape, *x[0].shape[1:])), *parts)
+
+
+def rule(n: int, *breaks: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of Gauss-Legendre rules with n nodes between any two breaks."""
+    rules = [gauss_legendre(n, a, b) for a, b in zip(breaks, breaks[1:], strict=False)]
+    return np.concatenate([r.node for r in rules]), np.concatenate([r.weight for r in rules])
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Everything:
+    """Surface with a model in each channel, in the order of their names above; a white Lambert surface shows 1."""
+
+    phong: Any
+    blinn: Any
+    k: Any = param("(0, inf)", doc="Minnaert's exponent")
+    coat: Any = dataclasses.field(default_factory=lambda: Coat(BLACK, 1.5))
+    clear: Any = dataclasses.field(default_factory=lambda: D3D9(BLACK))
+    metallic: Any = dataclasses.field(default_factory=lambda: D3D9(BLACK, metallic=0.5))
+    mirror: Any = dataclasses.field(default_factory=lambda: Blend(BLACK, 1.0))
+
+    def local(self, hit: Hit, wi: Vec3) -> Local:
+        """Response of the first five."""
+        phong, blinn = self.phong.local(hit, wi), self.blinn.local(hit, wi)
+        lit, mu = dot(hit.n, wi) > 0, hit.cos_theta_o
+        mu_i = jnp.where(lit, dot(hit.n, wi), 1.0)
+        laws = jnp.stack([mu_i / (4 * (mu + mu_i)), 0.5 * (self.k + 1) * mu_i**self.k * mu ** (self.k - 1)])
+        lobes = [phong.diffuse, jnp.where(lit, laws, 0.0), phong.specular, blinn.specular]
+        return Local(jnp.concatenate([*lobes, jnp.zeros(7)]), jnp.zeros(12))
+
+    def weights(self, hit: Hit) -> Weights:
+        """Reflected weight of the last six."""
+        models = self.coat, self.clear, self.metallic, self.mirror, self.clear, self.mirror
+        reflected = [jnp.reshape(model.weights(hit).reflected, (1,)) for model in models]
+        return Weights(
+            reflected=jnp.concatenate([jnp.zeros(6), *reflected]),
+            emitted=jnp.concatenate([jnp.zeros(5), self.phong.weights(hit).emitted, jnp.zeros(6)]),
+        )
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What the mirrors see: 1, the cosine of the angle from the axis of the camera, or its square."""
+
+    def __call__(self, direction: Vec3) -> Array:
+        """Radiance (12,) of a direction."""
+        z = direction.z
+        none, one = jnp.zeros_like(z), jnp.ones_like(z)
+        return jnp.stack([*[none] * 6, one, one, one, z * z, z, z])
+
+
+def _pixel(x: Array, y: Array, radius: Array, phase: Array, shininess: Array, k: Array) -> Array:
+    """Radiance (12,) of a sphere at (x, y) in its picture, in light that comes from the phase angle, between z and x."""
+    phong = Phong(1.0, 1.0, shininess, emission=1.0, highlight="mirror")
+    surface = Everything(phong, Phong(0.0, 1.0, shininess), k)
+    sun = Directional(Vec3(-jnp.sin(phase), 0.0 * phase, -jnp.cos(phase)))
+    scene = Scene({"ball": Object(Sphere(ORIGIN, radius), surface)}, {"sun": sun}, Surroundings())
+    return radiance(scene, CAMERA.ray(x, y), 1)
+
+
+@jax.jit
+def _pixels(*args: Array) -> tuple[Array, Array]:
+    """Radiance (n, 12) for six arguments, and its derivative along the two after them, in x and in the radius."""
+    zero = jnp.zeros_like(args[0])
+    return jax.jvp(jax.vmap(_pixel), args[:6], (args[6], zero, args[7], zero, zero, zero))
+
+
+def pixels(
+    x: Any, y: Any = 0.0, phase: Any = 0.0, exponent: Any = 1.0, dx: Any = 0.0, dradius: Any = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (..., 12) of the unit sphere, and its derivative along (dx, dradius); exponent: shininess, and k."""
+    return batched(_pixels, x, y, 1.0, phase, exponent, exponent, dx, dradius)
+
+
+# --- in the light of a distant source ---
+
+
+def _disc_mean(phase: np.ndarray) -> np.ndarray:
+    """Mean over the disc, (phases, 12): latitudes and longitudes of the part that is lit and visible."""
+    (latitude, w), (u, v) = rule(16, 0.0, np.pi / 2), rule(32, 0.0, 1.0)
+    latitude, w, span = latitude[:, None], w[:, None], np.pi - phase[:, None, None]
+    longitude = np.pi / 2 - span * u
+    area = w * np.cos(latitude) ** 2 * v * span * np.cos(longitude)
+    value = pixels(np.cos(latitude) * np.sin(longitude), np.sin(latitude), phase[:, None, None])[0]
+    return np.einsum("pij,pijc->pc", area, value) * 2 / np.pi
+
+
+@evaluates("I.sphere_phase", "alpha_deg", jit=False)
+def _sphere_phase(c: HostColumns) -> HostColumns:
+    full, *rest = _disc_mean(np.deg2rad([0.0, *c["alpha_deg"]]))
+    mean = np.stack(rest)
+    return {
+        "lambert": mean[:, LAMBERT] / full[LAMBERT],
+        "lommel_seeliger": mean[:, LOMMEL_SEELIGER] / full[LOMMEL_SEELIGER],
+        "disc_mean_NdotL": mean[:, LAMBERT],
+    }
+
+
+@evaluates(
+    "I.sphere_albedo",
+    skipped={"q_ls_quad": "q_ls again, by quadrature over the phase, a check of the table itself"},
+    jit=False,
+)
+def _sphere_albedo(_: HostColumns) -> HostColumns:
+    phase, w = rule(16, 0.0, np.pi)
+    full, *rest = _disc_mean(np.array([0.0, *phase]))
+    phi = np.stack(rest)[:, LAMBERT] / full[LAMBERT]
+    # all that is reflected: cosines of viewer and light in two triangles, between which the law has a ridge
+    (a, u), (b, v) = rule(2, 0.0, 1.0), rule(16, 0.0, 1.0)
+    larger, ratio = np.meshgrid(a, b, indexing="ij")
+    mu, mu_i = np.stack([larger, larger * ratio]), np.stack([larger * ratio, larger])
+    normal = np.arccos(mu)
+    value = pixels(np.sin(normal), phase=normal - np.arccos(mu_i))[0][..., LOMMEL_SEELIGER]
+    bond = np.sum(4 * mu * value * np.outer(u * a, v))
+    return {
+        "p_lambert": full[LAMBERT],
+        "q_lambert_quad": 2 * np.sum(w * phi * np.sin(phase)),
+        "p_ls_over_w": full[LOMMEL_SEELIGER],
+        "q_ls": bond / full[LOMMEL_SEELIGER],
+        "bond_ls_over_w": bond,
+    }
+
+
+@evaluates(
+    "I.frontal_disc_mean",
+    "model",
+    skipped={
+        "model=FON r=1 (rho=1)": "the library has no Oren-Nayar model",
+        "model=GGX hc alpha=0.25 F=1": "the library has no microfacet model",
+        "model=GGX hc alpha=0.5 F=1": "likewise",
+    },
+    jit=False,
+)
+def _frontal_disc_mean(c: HostColumns) -> HostColumns:
+    laws = {"minnaert": MINNAERT, "phong": PHONG, "blinn": BLINN}
+    near, far = 0.5 ** np.arange(12), 1 - 0.5 ** np.arange(2, 12)
+    mu, w = rule(16, 0.0, *near[:0:-1], np.sqrt(0.5), *far, 1.0)  # fine at the rim, at the lobe and at its end
+    x = np.sqrt((1 - mu) * (1 + mu))
+
+    def mean(name: str, exponent: float) -> float:
+        return float(np.sum(2 * mu * w * pixels(x, exponent=exponent)[0][:, laws[name]])) if name in laws else np.nan
+
+    names = (str(model).split()[0] for model in c["model"])
+    exponents = (float(str(model).split("=")[1].split()[0]) for model in c["model"])
+    return {"mean": np.array([mean(*row) for row in zip(names, exponents, strict=True)])}
+
+
+@evaluates("I.highlight", given="phase angle 40 deg", jit=False)
+def _highlight(_: HostColumns) -> HostColumns:
+    laws, kinds = np.array([PHONG, BLINN, LAMBERT, LAMBERT]), np.arange(4)
+
+    def before(x: np.ndarray) -> np.ndarray:  # three places where the slope vanishes, one where the light begins
+        value, slope = (z[kinds, laws] for z in pixels(x, phase=np.deg2rad(40.0), exponent=50.0, dx=1.0))
+        return np.where(kinds < 3, slope > 0, value == 0)
+
+    phong, blinn, brightest, terminator = boundary(before, [0.0, 0.0, 0.0, -0.99], [0.6, 0.6, 0.9, 0.0])
+    return {"highlight": (phong + blinn) / 2, "lambert_max": brightest, "terminator": terminator}
+
+
+# --- mirrors ---
+
+
+def frontal(dx: Any = 0.0, dradius: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Offsets from the centre of the disc, weights of a mean over it, and the `pixels` there."""
+    mu, w = rule(48, 0.0, 1.0)
+    x = np.sqrt((1 - mu) * (1 + mu))
+    return x, 2 * mu * w, *pixels(x, dx=dx * x, dradius=dradius)
+
+
+@evaluates("I.fresnel_sphere", given="n=1.5, R0=0.04, m=0.96, p=5, lambda=0.5", jit=False)
+def _fresnel_sphere(_: HostColumns) -> HostColumns:
+    _, weight, value, _ = frontal()
+    mean = weight @ value
+    return {"exact_15": mean[FRESNEL], "schlick": mean[SCHLICK], "d3d9": mean[METALLIC]}
+
+
+@evaluates("I.mirror_ball", given="R0=0.04", jit=False)
+def _mirror_ball(_: HostColumns) -> HostColumns:
+    _, weight, value, _ = frontal()
+    mean = weight @ value
+    return {
+        "mean_cos2": mean[COS2],
+        "schlick_cos": mean[SCHLICK_COS],
+        "schlick_uniform": mean[SCHLICK],
+        "s_for_90deg": boundary(lambda x: pixels(x)[0][..., COS] > 0, 0.0, 1.0),
+    }
