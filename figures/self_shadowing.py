@@ -23,7 +23,7 @@ ray or of offset along the normal leaves less than 0.1 %; but at coordinates of 
 mm, each leaves more than 15 % and 20 %. Not testing the primitive just left needs no length and leaves less than 0.2 %
 there. The lecture's form of that remedy, which leaves the object out altogether, loses what is refracted into it: more
 than 95 % of the glass."""
-SIZE = (11.6, 3.5)
+SIZE = (11.6, 3.8)
 PLACES = (0.0, 2e4)
 
 

@@ -8,9 +8,9 @@ from jaxrefl.render import render
 CAPTION = """The four source documents, rendered from the scene files that ship with jaxrefl. Below each: by how much
 the weights of the rays of a pixel add up to more than 1 (red) or less (blue), in the largest channel. PERRIN's blend
 gives away what it reflects: exactly 1 everywhere. JHU's coefficients are bounded by nothing: up to 2.9 too much, in the
-transparent ball. D3D9 (6) adds the Fresnel reflection to a base that is not dimmed by it: up to 1.7 too much, where the
-sea is seen at grazing. F and 1 - F make no light anywhere: only metal and coloured glass take some."""
-SIZE = (12.0, 4.6)
+transparent ball. D3D9 (6) adds the Fresnel reflection to a base that is not dimmed by it: up to 1.7 too much, on rims
+and toward the horizon. F and 1 - F make no light anywhere; metal and coloured glass take some, up to 0.59."""
+SIZE = (12.0, 5.2)
 DOCUMENTS = {
     "perrin": ("PERRIN", r"$(1 - \alpha)\,c + \alpha\,c'$"),
     "jhu": ("JHU", r"$I_{local} + k_{rg} I_r + k_{tg} I_t$"),
@@ -35,5 +35,5 @@ def draw(data: dict, fig) -> None:
     for picture, ax, name in zip(pictures, maps, data["names"], strict=True):
         document, rule = DOCUMENTS[str(name)]
         plot.picture(data[str(name)], ax=picture, title=f"{document}:  {rule}")
-        scale = plot.field(data[f"{name}_excess"], ax=ax, range=(-1, 1), diverging=True, bar=False)
+        scale = plot.field(data[f"{name}_excess"], ax=ax, range=(-1, 3), diverging=True, bar=False)
     plot.shared_bar(scale, maps, "sum of the weights of a pixel, minus 1", shrink=0.4)

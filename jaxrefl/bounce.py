@@ -50,7 +50,8 @@ def visit(
     walk, layer, children = once(any_alive, batch(gather), walk, hit, shading)
     if not known.is_tree:
         return batch(_go_on)(walk, children[0]), layer
-    return batch(_line_up)(walk, *children), layer
+    branching = jnp.any(children[1].strength >= 0) | jnp.any(walk.waiting.strength >= 0)
+    return lax.cond(branching, batch(_line_up), lambda walk, a, b: batch(_go_on)(walk, a), walk, *children), layer
 
 
 def _gather(

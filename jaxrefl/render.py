@@ -176,15 +176,15 @@ def _image(trace: Trace, plan: Plan) -> Image:
     mean = jax.tree.map(lambda x: x / plan.spp, (trace.radiance, trace.alpha))
     radiance, alpha = (shape(x) for x in mean)
     n = trace.normal
-    account = trace.account
+    account, dtype = trace.account, trace.radiance.dtype
     return Image(
         radiance,
         alpha,
         shape(trace.depth),
         jnp.stack([shape(n.x), shape(n.y), shape(n.z)], axis=-1),
         shape(trace.primitive),
-        None if account is None else shape(account.rays / plan.spp - 1),
-        None if account is None else shape(account.hits / plan.spp),
+        None if account is None else shape(account.rays.astype(dtype) / plan.spp - 1),
+        None if account is None else shape(account.hits.astype(dtype) / plan.spp),
         None if account is None else shape(account.path_id),
         None if account is None else Budget(*(shape(x / plan.spp) for x in account.budget)),
     )

@@ -150,10 +150,12 @@ def check_model(model: Any, path: str) -> None:
 
 
 def _numbers(value: Any) -> Any:
-    """A value as jnp or np takes it; a sequence that names a `Vec3` or a spectrum included."""
-    if isinstance(value, (list, tuple)):
-        return jnp.stack([jnp.asarray(v) for v in value]) if any(not is_concrete(v) for v in value) else np.array(value)
-    return value
+    """A value as an array, or as it is; nested sequences included, traced numbers in them too."""
+    if not isinstance(value, (list, tuple)):
+        return value
+    if all(map(is_concrete, jax.tree.leaves(value))):
+        return np.array(value)
+    return jnp.stack([jnp.asarray(_numbers(item)) for item in value])
 
 
 def _dtype(scene: Scene) -> Any:

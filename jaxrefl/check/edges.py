@@ -1,7 +1,7 @@
 """Evaluators of section I, silhouettes and shadows: where hits begin and end, and integrals between these places.
 
-Every edge is found by bisection on what `trace` hits or lights, without the formula for it. Form factors integrate the
-traced radiance between edges so found; where only the sign of N . w decides, the horizon of a patch, it is bisected too.
+Every edge is found by bisection on what `trace` hits or lights, without the formula for it, and form factors are
+integrals over the directions that hit, between edges so found. The horizon of a patch is bisected too, on N . w.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _sphere_sphere(c: HostColumns) -> HostColumns:
     r1, r2, d = (c[name][:, None] for name in ("r1", "r2", "d"))
 
     def patch(polar: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Distance in radii of sphere 2, cosine and sine for a patch of sphere 1 at an angle from the line of centres."""
+        """Distance in radii r2, cosine and sine for the patch of sphere 1 at an angle from the line of centres."""
         across, along = r1 * np.sin(polar), d - r1 * np.cos(polar)
         distance = np.sqrt(across * across + along * along)
         return distance / r2, (d * np.cos(polar) - r1) / distance, d * np.sin(polar) / distance
@@ -240,9 +240,10 @@ def _perspective_sphere(_: HostColumns) -> HostColumns:
 @evaluates("I.visibility_gradients", skipped={"c_interior_quad": "c_interior again, to twelve digits"}, jit=False)
 def _visibility_gradients(_: HostColumns) -> HostColumns:
     # interior: the pixels stay where they are, which is all that differentiation sees; total: they move with the rim
-    x, weight, value, interior = frontal(dradius=1.0)
-    total = np.pi * weight @ (2 * value + frontal(dx=1.0, dradius=1.0)[3])
-    interior, columns = np.pi * weight @ interior, {}
+    weight, value, interior = frontal(dradius=1.0)
+    total = np.pi * weight @ (2 * value + frontal(dx=1.0, dradius=1.0)[2])
+    interior = np.pi * weight @ interior
+    columns: HostColumns = {}
     for name, channel in zip("abc", (SHINING, LAMBERT, FRESNEL), strict=True):
         columns |= {f"{name}_total": total[channel], f"{name}_interior": interior[channel]}
         columns[f"{name}_edge"] = total[channel] - interior[channel]

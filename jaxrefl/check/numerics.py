@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
-from jax.typing import ArrayLike
+from numpy.typing import ArrayLike
 
 NODES = 200
 """Of the Gauss-Legendre rule for averages and fits: twice as many as change the last digit."""

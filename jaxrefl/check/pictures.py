@@ -8,6 +8,7 @@ and two classical laws that it does not have, Minnaert's and that of Lommel and 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -47,7 +48,7 @@ def batched(kernel: Callable[..., Any], *args: Any) -> Any:
 
 def rule(n: int, *breaks: float) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of Gauss-Legendre rules with n nodes between any two breaks."""
-    rules = [gauss_legendre(n, a, b) for a, b in zip(breaks, breaks[1:], strict=False)]
+    rules = [gauss_legendre(n, a, b) for a, b in itertools.pairwise(breaks)]
     return np.concatenate([r.node for r in rules]), np.concatenate([r.weight for r in rules])
 
 
@@ -96,7 +97,7 @@ class Surroundings:
 
 
 def _pixel(x: Array, y: Array, radius: Array, phase: Array, shininess: Array, k: Array) -> Array:
-    """Radiance (12,) of a sphere at (x, y) in its picture, in light that comes from the phase angle, between z and x."""
+    """Radiance (12,) of a sphere at (x, y) in its picture; the light comes from the phase angle, from z towards x."""
     phong = Phong(1.0, 1.0, shininess, emission=1.0, highlight="mirror")
     surface = Everything(phong, Phong(0.0, 1.0, shininess), k)
     sun = Directional(Vec3(-jnp.sin(phase), 0.0 * phase, -jnp.cos(phase)))
@@ -206,23 +207,26 @@ def _highlight(_: HostColumns) -> HostColumns:
 # --- mirrors ---
 
 
-def frontal(dx: Any = 0.0, dradius: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Offsets from the centre of the disc, weights of a mean over it, and the `pixels` there."""
+def frontal(dx: Any = 0.0, dradius: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Weights of a mean over the disc, radiance at its nodes, and derivative as these move outwards by dx.
+
+    The sphere is lit from the camera; its radius grows by ``dradius``.
+    """
     mu, w = rule(48, 0.0, 1.0)
     x = np.sqrt((1 - mu) * (1 + mu))
-    return x, 2 * mu * w, *pixels(x, dx=dx * x, dradius=dradius)
+    return 2 * mu * w, *pixels(x, dx=dx * x, dradius=dradius)
 
 
 @evaluates("I.fresnel_sphere", given="n=1.5, R0=0.04, m=0.96, p=5, lambda=0.5", jit=False)
 def _fresnel_sphere(_: HostColumns) -> HostColumns:
-    _, weight, value, _ = frontal()
+    weight, value = frontal()[:2]
     mean = weight @ value
     return {"exact_15": mean[FRESNEL], "schlick": mean[SCHLICK], "d3d9": mean[METALLIC]}
 
 
 @evaluates("I.mirror_ball", given="R0=0.04", jit=False)
 def _mirror_ball(_: HostColumns) -> HostColumns:
-    _, weight, value, _ = frontal()
+    weight, value = frontal()[:2]
     mean = weight @ value
     return {
         "mean_cos2": mean[COS2],

@@ -80,7 +80,7 @@ _ball = _directional(_through_ball, 2)
 
 @evaluates("I.ball_lens", "n", jit=False)
 def _ball_lens(c: HostColumns) -> HostColumns:
-    columns = {}
+    columns: HostColumns = {}
     for height in ("0.1", "0.5", "0.9"):
         x, z, dx, dz = _on_host(_ball, float(height), c["n"], 0, 0)[0].T
         columns |= {f"dev_{height}": np.rad2deg(np.arctan2(-dx, dz)), f"z_{height}": z - x * dz / dx}
@@ -109,7 +109,7 @@ def _least(order: int, n: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 @evaluates("I.rainbow", "tag n", jit=False)
 def _rainbow(c: HostColumns) -> HostColumns:
-    columns = {}
+    columns: HostColumns = {}
     for order in (1, 2):
         incidence, deflection, _ = map(np.rad2deg, _least(order, c["n"]))
         columns |= {f"i{order}_deg": incidence, f"D{order}_deg": deflection}

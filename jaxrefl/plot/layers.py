@@ -42,7 +42,7 @@ def categories(numbers: Any, *, ax: Axes | None = None, title: str | None = None
     """
     z = np.asarray(numbers)
     cycle = colors.to_rgba_array(plt.rcParams["axes.prop_cycle"].by_key()["color"][:6])
-    shades = [cycle[i % 6] ** (0.4 ** (i // 6)) for i in range(int(z.max()) + 1)]  # paler at each turn of the cycle
+    shades = [cycle[i % 6] ** (2.2 ** (i // 6)) for i in range(int(z.max()) + 1)]  # darker at each turn of the cycle
     colormap = colors.ListedColormap([missing, *shades])
     norm = colors.BoundaryNorm(np.arange(-1, z.max() + 2) - 0.5, colormap.N)
     ax = _empty(ax or axes(), title)
