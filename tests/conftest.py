@@ -16,3 +16,11 @@ def float32() -> Iterator[None]:
     """JAX as a user finds it: 64-bit types off while the test runs."""
     with jax.enable_x64(False):
         yield
+
+
+@pytest.fixture(scope="module")
+def quick_compilation() -> Iterator[None]:
+    """XLA without most of its optimisations: half the time where compiling is all that takes time."""
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)

@@ -372,7 +372,7 @@ def _(row):
 
 
 def common_tangent(side):
-    """Line at a distance 2 from (0, 10) and 1 from (0, 0), for side = 1 on the same side of it: its sine, z on the axis."""
+    """Line at 2 from (0, 10) and at 1 from (0, 0), both on one side of it for side = 1: its sine, and z on the axis."""
     sine = root(lambda s: 2 - side - 10 * s, mp.mpf("0.01"), mp.mpf("0.9"))  # centres projected on its normal
     return sine, side / sine
 
