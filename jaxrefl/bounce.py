@@ -22,7 +22,7 @@ from .geometry import Hit, refract, spawn
 from .path import DEAD, Account, Branch, Budget, Features, Medium, Options, Walk
 from .search import Found, closest_hit, is_among, leaving
 from .series import Layers, State, bounce_step
-from .shade import Shading, batch, once, shade
+from .shade import Shading, any_of, batch, once, shade
 from .stage import Stage
 from .surface.protocol import Weights
 from .vec import Vec3, reflect
@@ -50,7 +50,7 @@ def visit(
     walk, layer, children = once(any_alive, batch(gather), walk, hit, shading)
     if not known.is_tree:
         return batch(_go_on)(walk, children[0]), layer
-    branching = jnp.any(children[1].strength >= 0) | jnp.any(walk.waiting.strength >= 0)
+    branching = any_of(children[1].strength >= 0) | any_of(walk.waiting.strength >= 0)
     return lax.cond(branching, batch(_line_up), lambda walk, a, b: batch(_go_on)(walk, a), walk, *children), layer
 
 

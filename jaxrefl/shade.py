@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from .geometry import Hit, Point, Ray, Remedy, spawn
@@ -52,6 +53,21 @@ def once(alive: Array, function: Callable[..., Any], *args: Any) -> Any:
     return lax.cond(alive, apply, lambda _: jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), nothing), arrays)
 
 
+@jax.custom_batching.custom_vmap
+def any_of(flags: Array) -> Array:
+    """Whether any of the flags is set; mapped over many scenes, whether any is in any of them.
+
+    So the predicate of a conditional stays one number under `vmap`: else both of its branches would be computed, and
+    the second one, "nothing to do", would be no help.
+    """
+    return jnp.any(flags)
+
+
+@any_of.def_vmap
+def _any_of_many(axis_size: int, in_batched: Any, flags: Array) -> tuple[Array, bool]:
+    return any_of(jnp.any(flags, axis=0)), False
+
+
 def shapes_at(scene: Stage, found: Found) -> tuple[Any, ...]:
     """Of each kind of shape the primitive found."""
     return tuple(pick(kind.shape, kind.ids, found.id) for kind in scene.kinds)
@@ -87,25 +103,35 @@ def merge(chosen: Sequence[Array], values: Sequence[Any]) -> Any:
     return merged
 
 
-def models_at(scene: Stage, hits: Sequence[Hit], found: Found) -> list[tuple[Array, Hit, Any]]:
-    """Surfaces at a hit, textures resolved: one per model, with where it is the one, and its hit.
+class Model(NamedTuple):
+    """One model of surface at a hit, textures resolved."""
+
+    here: Array
+    """() bool: it is the one that was hit."""
+    surface: Any
+
+
+def models_at(scene: Stage, hits: Sequence[Hit], found: Found) -> tuple[list[Model], list[tuple[int, ...]]]:
+    """Models of surface at a hit, and the kinds of shape that have each of them.
 
     Primitives whose surfaces differ in numbers or textures alone are one model, evaluated once.
     """
-    models: dict[Any, list[tuple[Array, Hit, Any]]] = {}
+    same: dict[Any, list[tuple[int, Model]]] = {}
     for group in scene.groups:
-        own = hits[group.kind]
-        surface = resolve(pick(group.surface, group.ids, found.id), own.uv)
-        shapes = tuple(jnp.shape(x) for x in jax.tree.leaves(surface))
-        models.setdefault((jax.tree.structure(surface), shapes), []).append(
-            (is_among(group.ids, found.id), own, surface)
-        )
-    merged = []
-    for members in models.values():
-        chosen = [here for here, _, _ in members]
-        own, surface = merge(chosen, [(own, surface) for _, own, surface in members])
-        merged.append((functools.reduce(operator.or_, chosen), own, surface))
-    return merged
+        surface = resolve(pick(group.surface, group.ids, found.id), hits[group.kind].uv)
+        key = jax.tree.structure(surface), tuple(jnp.shape(x) for x in jax.tree.leaves(surface))
+        same.setdefault(key, []).append((group.kind, Model(is_among(group.ids, found.id), surface)))
+    models = []
+    for members in same.values():
+        chosen = [model.here for _, model in members]
+        surface = merge(chosen, [model.surface for _, model in members])
+        models.append(Model(functools.reduce(operator.or_, chosen), surface))
+    return models, [tuple(sorted({kind for kind, _ in members})) for members in same.values()]
+
+
+def hit_on(scene: Stage, hits: Sequence[Hit], kinds: tuple[int, ...], found: Found) -> Hit:
+    """The hit with tangent and uv of the one of some kinds of shape that was hit."""
+    return merge([is_among(scene.kinds[kind].ids, found.id) for kind in kinds], [hits[kind] for kind in kinds])
 
 
 def legal_hit(scene: Stage) -> Hit:
@@ -134,55 +160,77 @@ def shade(
     """
     shapes = once(alive, batch(functools.partial(shapes_at, scene)), found)
     hit = once(alive, batch(functools.partial(hit_at, scene)), shapes, ray, origin, found)
-    dtype = hit.t.dtype
-
-    def models_of(shapes: Any, ray: Ray, origin: Origin, found: Found, hit: Hit) -> Any:
-        return models_at(scene, chart_at(scene, shapes, ray, origin, found, hit), found)
-
-    def surfaces_of(*args: Any) -> Any:
-        return [(here, surface) for here, _, surface in models_of(*args)]
-
     place = (shapes, ray, origin, found, hit)
-    surfaces = once(alive, batch(surfaces_of), *place)
+    dtype, shared_by = hit.t.dtype, [()]
 
-    def weigh(surfaces: Any, *place: Any) -> Weights:
-        own = [hit for _, hit, _ in models_of(*place)]
-        values = [wide(s.weights(hit), channels, dtype) for hit, (_, s) in zip(own, surfaces, strict=True)]
-        return merge([here for here, _ in surfaces], values)
+    def models_of(*place: Any) -> list[Model]:
+        models, shared_by[:] = models_at(scene, chart_at(scene, *place), place[3])
+        return models
 
-    weights = once(alive, batch(weigh), surfaces, *place)
-    color = batch(lambda w: w.emitted + scene.ambient * w.ambient)(weights)
-    lit, bit = jnp.zeros(hit.t.shape, jnp.uint32), 0
-    for lights in scene.lights:
-        count = jax.tree.leaves(lights)[0].shape[0]
+    def hits_of(place: Any) -> list[Hit]:
+        hits = chart_at(scene, *place)
+        return [hit_on(scene, hits, kinds, place[3]) for kinds in shared_by]
 
-        def add(total: tuple[Array, Array], item: tuple[Any, Array]) -> tuple[tuple[Array, Array], None]:
-            light, bit = item
+    models = once(alive, batch(models_of), *place)
 
-            def illuminate(hit: Hit, found: Found) -> tuple[Illumination, Array]:
-                sent = light.at(hit.p)
-                seen = dot(hit.n, sent.wi) > 0
-                if light.shadows:
-                    start = leaving(hit, found, sent.wi, ~hit.entering, remedy)
-                    seen &= ~is_blocked(scene, spawn(hit, sent.wi, remedy), start, sent.distance, remedy)
-                return sent, seen
+    def weigh(models: list[Model], *place: Any) -> tuple[Weights, Array]:
+        own = zip(hits_of(place), models, strict=True)
+        values = [wide(model.surface.weights(hit), channels, dtype) for hit, model in own]
+        weights: Weights = merge([model.here for model in models], values)
+        return weights, weights.emitted + scene.ambient * weights.ambient
 
-            sent, seen = once(alive, batch(illuminate), hit, found)
+    weights, color = once(alive, batch(weigh), models, *place)
+    if not scene.lights:
+        return hit, Shading(color, weights, jnp.zeros(hit.t.shape, jnp.uint32))
 
-            def respond(color: Array, sent: Illumination, seen: Array, w: Weights, surfaces: Any, *place: Any) -> Array:
-                own = [hit for _, hit, _ in models_of(*place)]
-                values = [wide(s.local(h, sent.wi), channels, dtype) for h, (_, s) in zip(own, surfaces, strict=True)]
-                local = merge([here for here, _ in surfaces], values)
-                direct = light.diffuse * local.diffuse + light.specular * local.specular
-                return color + sent.factor * (light.ambient * w.ambient + jnp.where(seen, direct, 0.0))
+    def illuminate(p: Vec3) -> Illumination:
+        """Of every light what it sends to a point, (L,)."""
+        sent = [jax.vmap(lambda light: light.at(p))(lights) for lights in scene.lights]
+        return jax.tree.map(lambda *x: jnp.concatenate(x), *sent)
 
-            color = batch(respond)(total[0], sent, seen, weights, surfaces, *place)
-            return (color, total[1] | jnp.where(seen, bit, 0).astype(jnp.uint32)), None
+    sent = once(alive, batch(illuminate), hit.p)
+    power, shadows = intensities(scene, channels, dtype)
 
-        bits = jnp.asarray([1 << ((bit + j) % 32) for j in range(count)], jnp.uint32)
-        (color, lit), _ = lax.scan(add, (color, lit), (lights, bits))
-        bit += count
+    def is_seen(hit: Hit, found: Found, sent: Illumination, shadow: Array) -> Array:
+        facing = dot(hit.n, sent.wi) > 0
+        if not np.any(shadows):
+            return facing
+        start = leaving(hit, found, sent.wi, ~hit.entering, remedy)
+        return facing & ~(shadow & is_blocked(scene, spawn(hit, sent.wi, remedy), start, sent.distance, remedy))
+
+    def add(total: tuple[Array, Array], item: Any) -> tuple[tuple[Array, Array], None]:
+        sent, (diffuse, specular, ambient), shadow, bit = item
+        seen = once(alive, batch(functools.partial(is_seen, shadow=shadow)), hit, found, sent)
+
+        def respond(
+            color: Array, sent: Illumination, seen: Array, weights: Weights, models: list[Model], *place: Any
+        ) -> Array:
+            own = zip(hits_of(place), models, strict=True)
+            values = [wide(model.surface.local(hit, sent.wi), channels, dtype) for hit, model in own]
+            local = merge([model.here for model in models], values)
+            direct = diffuse * local.diffuse + specular * local.specular
+            return color + sent.factor * (ambient * weights.ambient + jnp.where(seen, direct, 0.0))
+
+        color = batch(respond)(total[0], sent, seen, weights, models, *place)
+        return (color, total[1] | jnp.where(seen, bit, jnp.uint32(0))), None
+
+    bits = np.array([1 << (i % 32) for i in range(len(shadows))], np.uint32)
+    begin = (color, jnp.zeros(hit.t.shape, jnp.uint32))
+    (color, lit), _ = lax.scan(add, begin, (sent, power, jnp.asarray(shadows), jnp.asarray(bits)))
     return hit, Shading(color, weights, lit)
+
+
+def intensities(scene: Stage, channels: int, dtype: Any) -> tuple[tuple[Array, Array, Array], np.ndarray]:
+    """Diffuse, specular and ambient intensity of every light, each (L, C), and whether it casts shadows, (L,)."""
+
+    def column(name: str) -> Array:
+        columns = [jnp.asarray(getattr(lights, name), dtype) for lights in scene.lights]
+        wide = [x[:, None] if x.ndim == 1 else x for x in columns]
+        return jnp.concatenate([jnp.broadcast_to(x, (x.shape[0], channels)) for x in wide])
+
+    counts = [jax.tree.leaves(lights)[0].shape[0] for lights in scene.lights]
+    shadows = np.concatenate([np.full(n, lights.shadows) for n, lights in zip(counts, scene.lights, strict=True)])
+    return (column("diffuse"), column("specular"), column("ambient")), shadows
 
 
 def wide(values: Any, channels: int, dtype: Any) -> Any:

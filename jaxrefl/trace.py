@@ -23,8 +23,9 @@ from .params import Interval, require
 from .path import Account, Budget, Options, Walk, features, start
 from .scene import Scene, canonical_model, check
 from .search import Found, Origin, closest_hit, elsewhere, leaving
-from .shade import batch, chart_at, hit_at, models_at, shapes_at
+from .shade import any_of, batch, chart_at, hit_at, hit_on, models_at, shapes_at
 from .stage import Stage, stage
+from .surface import Weights
 from .vec import Vec3, reflect, where
 
 
@@ -89,7 +90,7 @@ def trace_batch(
     unlit = (jnp.zeros_like(walk.radiance),) * 4
 
     def any_alive(walk: Walk) -> Array:
-        return jnp.any(walk.branch.strength >= 0)
+        return any_of(lax.stop_gradient(walk.branch.strength) >= 0)
 
     def body(walk: Walk, i: Array) -> tuple[Walk, Any]:
         alive = any_alive(walk)
@@ -126,19 +127,21 @@ def _first_hit(scene: Stage, channels: int, ray: Ray, found: Found) -> tuple[Hit
     """First hit of a ray, its coverage and its opacity."""
     hit, models = _surfaces(scene, ray, elsewhere(ray.direction.x), found)
     coverage = alpha = jnp.zeros_like(found.t)
-    for here, own, surface in models:
-        weights = surface.weights(own)
+    for here, weights in models:
         reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, found.t.dtype), (channels,))
         coverage = jnp.where(here, weights.alpha, coverage)
         alpha = jnp.where(here, d3d9.alpha_premultiplied(weights.alpha, reflected), alpha)
     return hit, coverage, alpha
 
 
-def _surfaces(scene: Stage, ray: Ray, origin: Origin, found: Found) -> tuple[Hit, Any]:
-    """Hit of one ray, and the models there."""
+def _surfaces(scene: Stage, ray: Ray, origin: Origin, found: Found) -> tuple[Hit, list[tuple[Array, Weights]]]:
+    """Hit of one ray, and the weights of each model, with where it is the one."""
     shapes = shapes_at(scene, found)
     hit = hit_at(scene, shapes, ray, origin, found)
-    return hit, models_at(scene, chart_at(scene, shapes, ray, origin, found, hit), found)
+    hits = chart_at(scene, shapes, ray, origin, found, hit)
+    models, shared_by = models_at(scene, hits, found)
+    own = [hit_on(scene, hits, kinds, found) for kinds in shared_by]
+    return hit, [(m.here, m.surface.weights(hit)) for hit, m in zip(own, models, strict=True)]
 
 
 @functools.partial(jax.jit, static_argnames=("n_bounces", "max_nodes", "max_waiting", "account", "terms"))
@@ -222,8 +225,8 @@ def _one_branch(
     direction, inside, exists = reflect(hit.wo, hit.n), ~hit.entering, alive & (found.code >= 0)
     if transmits:
         eta = jnp.ones_like(hit.t)
-        for here, own, surface in models:
-            eta = jnp.where(here, surface.weights(own).eta, eta)
+        for here, weights in models:
+            eta = jnp.where(here, weights.eta, eta)
         direction, total = refract(hit.wo, hit.n, jnp.where(hit.entering, eta, 1 / eta))
         inside, exists = hit.entering, exists & ~total
     new = spawn(hit, direction, remedy)

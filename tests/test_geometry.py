@@ -25,7 +25,7 @@ from jaxrefl.vec import normalize
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 DTYPES = [np.float32, np.float64]
-N = 8000  # rays of a batch: one size, one compilation
+N = 4000  # rays of a batch: one size, one compilation
 
 
 @jax.tree_util.register_dataclass
@@ -66,11 +66,15 @@ def hits(shape, ray, probe=None, light=ORIGIN, remedy=SKIP) -> list[Hit]:
     n, dtype = ray.origin.x.size, ray.origin.x.dtype
     probe = probe or (Probe() if isinstance(shape, Sphere) else MIRROR)
     ray = jax.tree.map(lambda x: jnp.broadcast_to(x, (N,)) if n == 1 else jnp.resize(x, (N,)), ray)
-    shape, probe, light = jax.tree.map(lambda x: jnp.asarray(x, dtype), (shape, probe, PointLight(light, ambient=0.0)))
+    shape, probe, light = arrays((shape, probe, PointLight(light, ambient=0.0)), dtype)
     scene = Scene({"one": Object(shape, probe)}, {"lamp": light})
-    terms = trace(scene, ray, 3, min_weight=1e-9, remedy=remedy, account=False, terms=True).terms
+    terms = trace(scene, ray, 3, max_nodes=4, min_weight=1e-9, remedy=remedy, account=False, terms=True).terms
     assert terms.color.dtype == dtype
     return [read(jnp.where(terms.weight[:n, i] > 0, terms.color[:n, i], 0.0)) for i in range(4)]
+
+
+def arrays(tree, dtype):
+    return jax.tree.map(lambda x: jnp.asarray(x, dtype), tree)
 
 
 def array(v) -> np.ndarray:
@@ -201,6 +205,10 @@ def chord_error(t, offsets, eta):
     return np.abs(t**2 - 4 * (1 - (offsets / eta) ** 2))
 
 
+def off(hit, center):
+    return np.abs(np.linalg.norm(hit.p - center.astype(float), axis=1) - 1)
+
+
 LEVELS = {np.float32: (1.5, 1e1, 1e2, 1e3, 1e4, 1e5), np.float64: (1.5, 1e2, 1e4, 1e6, 1e8)}
 
 
@@ -214,20 +222,16 @@ def from_afar(dtype, far):
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
-def test_no_ray_of_half_a_million_hits_again_the_sphere_that_it_leaves(dtype):
+def test_no_ray_of_a_quarter_of_a_million_hits_again_the_sphere_that_it_leaves(dtype):
     eps, rays = np.finfo(dtype).eps, 0
     for far in LEVELS[dtype]:
         error = 4 * eps * far
         for sphere, center, ray, offsets in from_afar(dtype, far):
             light, sure = (center + np.array([0, 0, 3])).astype(dtype), offsets < 1 - error
-
-            def off(hit, center=center.astype(float)):
-                return np.abs(np.linalg.norm(hit.p - center, axis=1) - 1)
-
             first, escaped, *_ = hits(sphere, ray, Probe(), vec(light))
             assert (first.t > 0)[sure].all()
             assert first.entering[sure].all()
-            assert off(first)[sure].max() <= max(error, 4 * eps)
+            assert off(first, center)[sure].max() <= max(error, 4 * eps)
             assert (escaped.t == 0)[sure].all()
             cos_light = ((light - first.p) * first.n).sum(1)
             assert (first.wo == (cos_light > 0))[sure & (np.abs(cos_light) > error)].all()  # it does not shade itself
@@ -240,11 +244,11 @@ def test_no_ray_of_half_a_million_hits_again_the_sphere_that_it_leaves(dtype):
                 for hit in (*inside, leaving):
                     assert (hit.t > 0)[entered].all()
                     assert not hit.entering[entered].any()
-                    assert off(hit)[entered].max() <= max(error, 4 * eps)
+                    assert off(hit, center)[entered].max() <= max(error, 4 * eps)
                     assert chord_error(hit.t, offsets, eta)[entered].max() < 64 * eps * far
                 assert not (gone.entering & (gone.t > 0))[entered].any()  # what was totally reflected is still inside
                 rays += 4 * entered.sum()
-    assert rays > 5e5
+    assert rays > 2.5e5
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -437,11 +441,11 @@ def slopes(shape, probe, ray, along):
 def test_the_derivatives_of_a_distance_are_those_of_the_implicit_function():
     """d t = n . (d c - d o - t d d) / (n . d), and for a sphere + d r / (n . d)."""
     rng, n = np.random.default_rng(11), 64
-    ray, mirror = toward_sphere(rng, 3.0, rng.uniform(0, 0.9, n), np.float64), jax.tree.map(jnp.asarray, MIRROR)
+    ray, mirror = toward_sphere(rng, 3.0, rng.uniform(0, 0.9, n), np.float64), arrays(MIRROR, float)
     zero = jax.tree.map(jnp.zeros_like, ray)
     by_origin = [zero._replace(origin=Vec3(*(jnp.full(n, i == j, float) for j in range(3)))) for i in range(3)]
     for shape in (Sphere(ORIGIN, 1.0), Plane(Vec3(0.1, 0.0, 0.2), Vec3(0.2, 0.1, 1.0))):
-        shape = jax.tree.map(jnp.asarray, shape)
+        shape = arrays(shape, float)
         still = jax.tree.map(jnp.zeros_like, shape)
         seen = read(slopes(shape, mirror, ray, (still, zero))[0])
         hit = seen.t > 0
@@ -453,7 +457,7 @@ def test_the_derivatives_of_a_distance_are_those_of_the_implicit_function():
 
         name = "center" if isinstance(shape, Sphere) else "point_on"
         for i in range(3):
-            moved = dataclasses.replace(still, **{name: Vec3(*(jnp.asarray(float(i == j)) for j in range(3)))})
+            moved = dataclasses.replace(still, **{name: vec(np.eye(3)[i])})
             expected = (seen.n[:, i] / slope)[hit]
             np.testing.assert_allclose(derivative(moved, zero), expected, rtol=1e-11, atol=1e-12)
             np.testing.assert_allclose(derivative(still, by_origin[i]), -expected, rtol=1e-11, atol=1e-12)
@@ -463,7 +467,7 @@ def test_the_derivatives_of_a_distance_are_those_of_the_implicit_function():
             got = derivative(still, zero._replace(direction=vec(across)))
             np.testing.assert_allclose(got, turned, rtol=1e-10, atol=1e-11)
         if isinstance(shape, Sphere):
-            grown = derivative(dataclasses.replace(still, radius=jnp.asarray(1.0)), zero)
+            grown = derivative(dataclasses.replace(still, radius=jnp.asarray(1.0, float)), zero)
             np.testing.assert_allclose(grown, (1 / slope)[hit], rtol=1e-11)
 
 
@@ -490,6 +494,6 @@ def test_every_derivative_of_a_path_is_finite_at_every_edge(shape, dtype):
     ]
     cases = [cases[i % len(cases)] for i in range(64)]
     ray = Ray(*(vec(np.array(x, dtype)) for x in zip(*cases, strict=True)))
-    shape, probe = jax.tree.map(lambda x: jnp.asarray(x, dtype), (shape, MIRROR))
+    shape, probe = arrays((shape, MIRROR), dtype)
     along = jax.tree.map(jnp.ones_like, (shape, ray))
     assert all(jnp.isfinite(x).all() for x in jax.tree.leaves(slopes(shape, probe, ray, along)))

@@ -18,7 +18,7 @@ from ..geometry import Plane, Ray, Sphere
 from ..light import Directional, PointLight
 from ..scene import Object, Scene
 from ..surface import Phong
-from ..trace import radiance, trace
+from ..trace import trace
 from ..vec import Vec3, dot, norm
 from .numerics import boundary
 from .pictures import BLACK, FRESNEL, LAMBERT, ORIGIN, SHINING, UP, batched, frontal, rule
@@ -28,15 +28,16 @@ ZENITH = Vec3(0.0, 0.0, 1.0)
 
 
 def _first(scene: Scene, start: Vec3, aim: Vec3) -> tuple[Array, Array]:
-    """Distance of the first hit of one ray, inf for none, and the cosine of incidence there."""
-    ray = Ray(start, aim / norm(aim))
-    hit = trace(scene, jax.tree.map(lambda x: x[None], ray), 0, account=False)
-    return hit.depth[0], -dot(hit.normal, ray.direction)[0]
+    """Distance of the first hit of rays, inf for none, and the cosine of incidence there."""
+    rays = Ray(start, aim / norm(aim))
+    hits = trace(scene, rays, 0, account=False)
+    return hits.depth, -dot(hits.normal, rays.direction)
 
 
 def _to_ball(x: Array, z: Array, aim_x: Array, aim_y: Array, aim_z: Array, center: Array, radius: Array) -> Any:
     ball = Scene({"ball": Object(Sphere(Vec3(0.0, 0.0, center), radius), BLACK)})
-    return _first(ball, Vec3(x, 0 * x, z), Vec3(aim_x, aim_y, aim_z))
+    x, z, *aim = (a[None] for a in (x, z, aim_x, aim_y, aim_z))
+    return jax.tree.map(jnp.squeeze, _first(ball, Vec3(x, 0 * x, z), Vec3(*aim)))
 
 
 @jax.jit
@@ -125,9 +126,8 @@ def _sphere_sphere(c: HostColumns) -> HostColumns:
 
 
 @jax.jit
-@jax.vmap
 def _floor(start: Array, x: Array, y: Array) -> tuple[Array, Array]:
-    """Length of the ray from (start, 0, 1) to (x, y, 0), and its cosine with the normal of the floor it falls on."""
+    """Length of rays from (start, 0, 1) to (x, y, 0), and their cosine with the normal of the floor they fall on."""
     floor = Scene({"floor": Object(Plane(ORIGIN, ZENITH), BLACK)})
     return _first(floor, Vec3(start, 0 * x, 0 * x + 1), Vec3(x - start, y, 0 * x - 1))
 
@@ -155,9 +155,8 @@ def _discs(_: HostColumns) -> HostColumns:
 
 
 @jax.jit
-@jax.vmap
 def _lit(x: Array, y: Array) -> Array:
-    """Radiance (2,) of a floor under a ball: in sunlight at 60 degrees, and under a lamp over the ball."""
+    """Radiance (n, 2) of a floor under a ball: in sunlight at 60 degrees, and under a lamp over the ball."""
     objects = {
         "ball": Object(Sphere(Vec3(0.0, 0.0, 3.0)), BLACK),
         "floor": Object(Plane(ORIGIN, ZENITH), Phong(1.0)),
@@ -166,7 +165,8 @@ def _lit(x: Array, y: Array) -> Array:
         "sun": Directional(Vec3(jnp.sqrt(3.0), 0.0, -1.0), diffuse=[1.0, 0.0]),
         "lamp": PointLight(Vec3(0.0, 0.0, 10.0), diffuse=[0.0, 1.0]),
     }
-    return radiance(Scene(objects, lights), Ray(Vec3(x, y, 0 * x + 0.5), Vec3(0 * x, 0 * x, 0 * x - 1)), 0)
+    rays = Ray(Vec3(x, y, 0 * x + 0.5), Vec3(0 * x, 0 * x, 0 * x - 1))
+    return trace(Scene(objects, lights), rays, 0, account=False).radiance
 
 
 def _shadow_edges() -> tuple[float, float, float, float]:
