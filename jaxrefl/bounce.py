@@ -12,6 +12,7 @@ other, so that the derivative in a reflectivity of 0 is the true one; a weight t
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import jax
@@ -131,7 +132,7 @@ def spawned(scene: Stage, known: Features, options: Options, reaching: Reaching,
     depth = None if branch.depth is None else branch.depth + 1
 
     def child(direction: Vec3, inside: Array, beta: Array, medium: Medium, exists: Array) -> Branch:
-        strength = jnp.where(exists, lax.stop_gradient(jnp.max(beta)), DEAD)
+        strength = jnp.where(exists, lax.stop_gradient(_largest(beta)), DEAD)
         origin = leaving(hit, found, direction, inside, options.remedy)
         return Branch(spawn(hit, direction, options.remedy), origin, beta, depth, medium, strength)
 
@@ -148,6 +149,11 @@ def spawned(scene: Stage, known: Features, options: Options, reaching: Reaching,
         child(mirror_direction, ~hit.entering, joined, medium, mirrors | (refracts & total)),
         child(direction, hit.entering, jnp.where(total, 0.0, onwards), refracted, refracts & ~total),
     ]
+
+
+def _largest(color: Array) -> Array:
+    """Largest channel; of a few written out, because a reduction is a kernel of its own."""
+    return functools.reduce(jnp.maximum, list(color)) if color.shape[0] <= 8 else jnp.max(color)
 
 
 def _choose(condition: Array, a: Any, b: Any) -> Any:

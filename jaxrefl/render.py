@@ -28,7 +28,7 @@ from .stage import stage
 from .trace import Trace, check_loop, trace_batch
 
 ALPHAS = ("premultiplied", "printed")
-TILE = 16384  # rays
+TILE = 4096  # rays
 BANDS = 64  # largest number of progress reports per pass
 
 

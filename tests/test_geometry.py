@@ -5,7 +5,7 @@ A surface of the test's own shows everything that it is told of a hit, one numbe
 
 import dataclasses
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -54,14 +54,25 @@ class Probe:
 MIRROR = Probe(glass=False)
 
 
-def read(shown) -> Hit:
-    """Hits that a picture of probes shows, ``wo`` being whether the lamp is seen; where nothing was hit, t is 0."""
+class Seen(NamedTuple):
+    """Hits that a picture of probes shows; where nothing was hit, t is 0."""
+
+    t: np.ndarray
+    p: np.ndarray
+    n: np.ndarray
+    tangent: np.ndarray
+    uv: np.ndarray
+    entering: np.ndarray
+    lit: np.ndarray
+
+
+def read(shown) -> Seen:
     t, *v, entering, lit = np.moveaxis(np.asarray(shown, np.float64), -1, 0)
     p, n, tangent = (np.stack(v[i : i + 3], axis=-1) for i in (0, 3, 6))
-    return Hit(p, n, tangent, lit, t, np.stack(v[9:11], axis=-1), entering == 1)
+    return Seen(t, p, n, tangent, np.stack(v[9:11], axis=-1), entering == 1, lit == 1)
 
 
-def hits(shape, ray, probe=None, light=ORIGIN, remedy=SKIP) -> list[Hit]:
+def hits(shape, ray, probe=None, light=ORIGIN, remedy=SKIP) -> list[Seen]:
     """Up to four hits of the path of each ray with one primitive; the batch is filled up to one size."""
     n, dtype = ray.origin.x.size, ray.origin.x.dtype
     probe = probe or (Probe() if isinstance(shape, Sphere) else MIRROR)
@@ -234,7 +245,7 @@ def test_no_ray_of_a_quarter_of_a_million_hits_again_the_sphere_that_it_leaves(d
             assert off(first, center)[sure].max() <= max(error, 4 * eps)
             assert (escaped.t == 0)[sure].all()
             cos_light = ((light - first.p) * first.n).sum(1)
-            assert (first.wo == (cos_light > 0))[sure & (np.abs(cos_light) > error)].all()  # it does not shade itself
+            assert (first.lit == (cos_light > 0))[sure & (np.abs(cos_light) > error)].all()  # it does not shade itself
             rays += 2 * sure.sum()
             for eta in (1.5, 1 / 1.5):
                 _, *inside = hits(sphere, ray, Probe(1.0, 0.0, eta))

@@ -34,26 +34,22 @@ def _first(scene: Scene, start: Vec3, aim: Vec3) -> tuple[Array, Array]:
     return hits.depth, -dot(hits.normal, rays.direction)
 
 
-def _to_ball(x: Array, z: Array, aim_x: Array, aim_y: Array, aim_z: Array, center: Array, radius: Array) -> Any:
-    ball = Scene({"ball": Object(Sphere(Vec3(0.0, 0.0, center), radius), BLACK)})
-    x, z, *aim = (a[None] for a in (x, z, aim_x, aim_y, aim_z))
-    return jax.tree.map(jnp.squeeze, _first(ball, Vec3(x, 0 * x, z), Vec3(*aim)))
-
-
 @jax.jit
-def _balls(*args: Array) -> Any:
-    """`_to_ball` of seven rows, and its derivatives along the two after them, in aim_x and in the radius."""
-    zero = jnp.zeros_like(args[0])
-    return jax.jvp(jax.vmap(_to_ball), args[:7], (zero, zero, args[7], zero, zero, zero, args[8]))
+def _balls(x: Array, z: Array, aim_x: Array, aim_y: Array, aim_z: Array, along: Array, dradius: Array) -> Any:
+    def first(aim_x: Array, radius: Array) -> tuple[Array, Array]:
+        ball = Scene({"ball": Object(Sphere(ORIGIN, radius), BLACK)})
+        return _first(ball, Vec3(x, 0 * x, z), Vec3(aim_x, aim_y, aim_z))
+
+    return jax.jvp(first, (aim_x, jnp.ones_like(dradius)), (along, dradius))
 
 
-def _ball(start: tuple[Any, Any], aim: tuple[Any, Any, Any], center: Any = 0.0, radius: Any = 1.0, *along: Any) -> Any:
-    """Distance and cosine with which rays from (x, z) meet a ball on the z axis, and their derivatives."""
-    return batched(_balls, *start, *aim, center, radius, *(along or (0, 0)))
+def _ball(start: tuple[Any, Any], aim: tuple[Any, Any, Any], along: float = 0.0, dradius: float = 0.0) -> Any:
+    """Distance and cosine with which rays from (x, z) meet the unit ball; derivatives, as aim_x and the ball grow."""
+    return batched(lambda *rows: _balls(*rows, np.float64(dradius)), *start, *aim, along)
 
 
-def _hits(*args: Any) -> np.ndarray:
-    return np.isfinite(_ball(*args)[0][0])
+def _hits(start: tuple[Any, Any], aim: tuple[Any, Any, Any]) -> np.ndarray:
+    return np.isfinite(_ball(start, aim)[0][0])
 
 
 # --- form factors ---
@@ -72,7 +68,7 @@ def _patch_to_sphere(distance: np.ndarray, cosine: np.ndarray, sine: np.ndarray)
 
     def hits(polar: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
         aim = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
-        return _hits((0, 0), aim, h)
+        return _hits((0, -h), aim)
 
     zero = np.zeros_like(h)
     rim = boundary(lambda polar: hits(polar, zero), zero, zero + np.pi / 2)
@@ -112,7 +108,7 @@ def _sphere_sphere(c: HostColumns) -> HostColumns:
 
     def horizon_hits(polar: np.ndarray) -> np.ndarray:  # the ray along the patch, in the plane of the centres
         distance, cosine, sine = patch(polar)
-        return _hits((0, 0), (-cosine, 0, sine), distance)
+        return _hits((0, -distance), (-cosine, 0, sine))
 
     middle = np.arccos(r1 / d)
     whole = boundary(lambda polar: ~horizon_hits(polar), 0 * middle, middle)
@@ -197,13 +193,13 @@ def _shadow(_: HostColumns) -> HostColumns:
 def _penumbra(_: HostColumns) -> HostColumns:
     side = np.array([1.0, -1.0])  # the upper rim of the lamp bounds the umbra, the lower one the penumbra
 
-    def hits(x: np.ndarray, angle: np.ndarray, center: float, radius: float) -> np.ndarray:
-        return _hits((x, -5), (np.sin(angle), 0, np.cos(angle)), center, radius)
+    def hits(angle: np.ndarray, x: np.ndarray, distance: float, size: float) -> np.ndarray:
+        return _hits((x / size, -distance / size), (np.sin(angle), 0, np.cos(angle)))
 
     def rim(x: np.ndarray) -> np.ndarray:
-        return boundary(lambda angle: hits(x, angle, 10, 2), np.arctan2(-x, 15.0), np.arctan2(3 * side - x, 15.0))
+        return boundary(lambda angle: hits(angle, x, 15, 2), np.arctan2(-x, 15.0), np.arctan2(3 * side - x, 15.0))
 
-    radius = boundary(lambda x: hits(x, rim(x), 0, 1), [0.0, 2.0], [2.0, 5.0])
+    radius = boundary(lambda x: hits(rim(x), x, 5, 1), [0.0, 2.0], [2.0, 5.0])
     angle = np.abs(rim(radius))
     apex = radius / np.tan(angle)  # as seen from the plane
     return {
@@ -251,7 +247,7 @@ def _visibility_gradients(_: HostColumns) -> HostColumns:
     # its slopes are infinite, and their ratio is the speed of the edge
     radius = _shadow_edges()[3]
     (_, slope_x), (_, slope_radius) = (
-        _ball((0, 10), (radius * (1 - 1e-12), 0, -10), 3, 1, *along)[1] for along in ((1, 0), (0, 1))
+        _ball((0, 7), (radius * (1 - 1e-12), 0, -10), *along)[1] for along in ((1, 0), (0, 1))
     )
     speed = -slope_radius / slope_x
     return {**columns, "d_radius": radius, "d_dradius_dr": speed, "d_dArea_dr": 2 * np.pi * radius * speed}

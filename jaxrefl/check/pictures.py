@@ -24,21 +24,20 @@ from ..params import param
 from ..quadrature import gauss_legendre
 from ..scene import Object, Scene
 from ..surface import D3D9, Blend, Coat, Local, Phong, Weights
-from ..trace import radiance
+from ..trace import trace
 from ..vec import Vec3, dot
 from .numerics import boundary
 from .table import HostColumns, evaluates
 
 ORIGIN, UP, BLACK = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Phong(0.0)
 CAMERA = Orthographic(Vec3(0.0, 0.0, 5.0), up=UP)
-CHUNK = 1024
-LAMBERT, LOMMEL_SEELIGER, MINNAERT, PHONG, BLINN, SHINING, FRESNEL, SCHLICK, METALLIC, COS2, SCHLICK_COS, COS = range(
-    12
-)
+CHUNK = 512
+LAMBERT, LOMMEL_SEELIGER, MINNAERT, PHONG, BLINN, SHINING = range(6)  # channels
+FRESNEL, SCHLICK, METALLIC, COS2, SCHLICK_COS, COS = range(6, 12)
 
 
 def batched(kernel: Callable[..., Any], *args: Any) -> Any:
-    """Result of a kernel, a jitted function of flat arrays of one size, for arrays that broadcast to any shape."""
+    """Result of a kernel, a function of flat arrays that is compiled for one size, for arrays of any shapes."""
     arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in args))
     shape, size = arrays[0].shape, arrays[0].size
     chunks = [np.pad(x.ravel(), (0, -size % CHUNK), mode="edge").reshape(-1, CHUNK) for x in arrays]
@@ -96,46 +95,44 @@ class Surroundings:
         return jnp.stack([*[none] * 6, one, one, one, z * z, z, z])
 
 
-def _pixel(x: Array, y: Array, radius: Array, phase: Array, shininess: Array, k: Array) -> Array:
-    """Radiance (12,) of a sphere at (x, y) in its picture; the light comes from the phase angle, from z towards x."""
-    phong = Phong(1.0, 1.0, shininess, emission=1.0, highlight="mirror")
-    surface = Everything(phong, Phong(0.0, 1.0, shininess), k)
+def _radiance(x: Array, y: Array, radius: Array, phase: Array, exponent: Array) -> Array:
+    """Radiance (n, 12) at places of the picture of a sphere; the light comes from the phase angle, from z towards x."""
+    phong = Phong(1.0, 1.0, exponent, emission=1.0, highlight="mirror")
+    surface = Everything(phong, Phong(0.0, 1.0, exponent), exponent)
     sun = Directional(Vec3(-jnp.sin(phase), 0.0 * phase, -jnp.cos(phase)))
     scene = Scene({"ball": Object(Sphere(ORIGIN, radius), surface)}, {"sun": sun}, Surroundings())
-    return radiance(scene, CAMERA.ray(x, y), 1)
+    return trace(scene, CAMERA.ray(x, y), 1, account=False).radiance
 
 
 @jax.jit
-def _pixels(*args: Array) -> tuple[Array, Array]:
-    """Radiance (n, 12) for six arguments, and its derivative along the two after them, in x and in the radius."""
-    zero = jnp.zeros_like(args[0])
-    return jax.jvp(jax.vmap(_pixel), args[:6], (args[6], zero, args[7], zero, zero, zero))
+def _pixels(x: Array, y: Array, dx: Array, dradius: Array, phase: Array, exponent: Array) -> tuple[Array, Array]:
+    one = jnp.ones_like(dradius)
+    return jax.jvp(lambda x, radius: _radiance(x, y, radius, phase, exponent), (x, one), (dx, dradius))
 
 
 def pixels(
-    x: Any, y: Any = 0.0, phase: Any = 0.0, exponent: Any = 1.0, dx: Any = 0.0, dradius: Any = 0.0
+    x: Any, y: Any = 0.0, dx: Any = 0.0, *, dradius: float = 0.0, phase: float = 0.0, exponent: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Radiance (..., 12) of the unit sphere, and its derivative along (dx, dradius); exponent: shininess, and k."""
-    return batched(_pixels, x, y, 1.0, phase, exponent, exponent, dx, dradius)
+    numbers = np.float64(dradius), np.float64(phase), np.float64(exponent)
+    return batched(lambda *rows: _pixels(*rows, *numbers), x, y, dx)
 
 
 # --- in the light of a distant source ---
 
 
-def _disc_mean(phase: np.ndarray) -> np.ndarray:
-    """Mean over the disc, (phases, 12): latitudes and longitudes of the part that is lit and visible."""
+def _disc_mean(phase: float) -> np.ndarray:
+    """Mean over the disc, (12,): nodes are latitudes and longitudes of the part that is lit and visible."""
     (latitude, w), (u, v) = rule(16, 0.0, np.pi / 2), rule(32, 0.0, 1.0)
-    latitude, w, span = latitude[:, None], w[:, None], np.pi - phase[:, None, None]
-    longitude = np.pi / 2 - span * u
-    area = w * np.cos(latitude) ** 2 * v * span * np.cos(longitude)
-    value = pixels(np.cos(latitude) * np.sin(longitude), np.sin(latitude), phase[:, None, None])[0]
-    return np.einsum("pij,pijc->pc", area, value) * 2 / np.pi
+    longitude, width = np.pi / 2 - (np.pi - phase) * u, (np.pi - phase) * v
+    area = np.outer(w * np.cos(latitude) ** 2, width * np.cos(longitude))
+    value = pixels(np.outer(np.cos(latitude), np.sin(longitude)), np.sin(latitude)[:, None], phase=phase)[0]
+    return np.einsum("ij,ijc->c", area, value) * 2 / np.pi
 
 
 @evaluates("I.sphere_phase", "alpha_deg", jit=False)
 def _sphere_phase(c: HostColumns) -> HostColumns:
-    full, *rest = _disc_mean(np.deg2rad([0.0, *c["alpha_deg"]]))
-    mean = np.stack(rest)
+    full, mean = _disc_mean(0.0), np.stack([_disc_mean(phase) for phase in np.deg2rad(c["alpha_deg"])])
     return {
         "lambert": mean[:, LAMBERT] / full[LAMBERT],
         "lommel_seeliger": mean[:, LOMMEL_SEELIGER] / full[LOMMEL_SEELIGER],
@@ -150,18 +147,18 @@ def _sphere_phase(c: HostColumns) -> HostColumns:
 )
 def _sphere_albedo(_: HostColumns) -> HostColumns:
     phase, w = rule(16, 0.0, np.pi)
-    full, *rest = _disc_mean(np.array([0.0, *phase]))
-    phi = np.stack(rest)[:, LAMBERT] / full[LAMBERT]
+    full, mean = _disc_mean(0.0), np.stack([_disc_mean(angle) for angle in phase])
     # all that is reflected: cosines of viewer and light in two triangles, between which the law has a ridge
     (a, u), (b, v) = rule(2, 0.0, 1.0), rule(16, 0.0, 1.0)
     larger, ratio = np.meshgrid(a, b, indexing="ij")
     mu, mu_i = np.stack([larger, larger * ratio]), np.stack([larger * ratio, larger])
-    normal = np.arccos(mu)
-    value = pixels(np.sin(normal), phase=normal - np.arccos(mu_i))[0][..., LOMMEL_SEELIGER]
+    value = np.vectorize(lambda v, i: pixels(np.sin(v), phase=v - i)[0][LOMMEL_SEELIGER])(
+        np.arccos(mu), np.arccos(mu_i)
+    )
     bond = np.sum(4 * mu * value * np.outer(u * a, v))
     return {
         "p_lambert": full[LAMBERT],
-        "q_lambert_quad": 2 * np.sum(w * phi * np.sin(phase)),
+        "q_lambert_quad": 2 * np.sum(w * np.sin(phase) * mean[:, LAMBERT]) / full[LAMBERT],
         "p_ls_over_w": full[LOMMEL_SEELIGER],
         "q_ls": bond / full[LOMMEL_SEELIGER],
         "bond_ls_over_w": bond,
@@ -207,7 +204,7 @@ def _highlight(_: HostColumns) -> HostColumns:
 # --- mirrors ---
 
 
-def frontal(dx: Any = 0.0, dradius: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def frontal(dx: float = 0.0, dradius: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weights of a mean over the disc, radiance at its nodes, and derivative as these move outwards by dx.
 
     The sphere is lit from the camera; its radius grows by ``dradius``.

@@ -26,20 +26,16 @@ from .table import HostColumns, evaluates
 ORIGIN, UP = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 1.0)
 
 
-def _directional(f: Callable[..., Array], n: int) -> Callable[..., tuple[Array, Array]]:
-    """Jitted map of f over its n arguments, with its derivative along the n arguments after them."""
+def _directional(f: Callable[..., Array], n: int) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    """f of n numbers for rows of them, and its derivative along the n rows after these."""
+    kernel = jax.jit(lambda *args: jax.jvp(f, args[:n], args[n:]))
 
-    def both(*args: Array) -> tuple[Array, Array]:
-        return jax.jvp(jax.vmap(f), args[:n], args[n:])
+    def rows_of(*args: Any) -> tuple[np.ndarray, np.ndarray]:
+        rows = zip(*(x.ravel() for x in np.broadcast_arrays(*(np.asarray(x, float) for x in args))), strict=True)
+        value, slope = zip(*(kernel(*row) for row in rows), strict=True)
+        return np.stack(value), np.stack(slope)
 
-    return jax.jit(both)
-
-
-def _on_host(kernel: Callable[..., tuple[Array, Array]], *args: Any) -> tuple[np.ndarray, np.ndarray]:
-    """What a `_directional` kernel says of scalars or rows; always of eight, so that it is compiled once."""
-    rows = np.broadcast_arrays(*(np.asarray(x, float) for x in args))
-    value, slope = (np.asarray(y)[: rows[0].size] for y in kernel(*(np.resize(row, 8) for row in rows)))
-    return value, slope
+    return rows_of
 
 
 # --- refraction ---
@@ -59,7 +55,7 @@ _slab = _directional(_through_slab, 3)
 
 @evaluates("I.slab_shift", "n theta_deg", jit=False)
 def _slab_shift(c: HostColumns) -> HostColumns:
-    way, distance = _on_host(_slab, c["n"], c["sin_theta"], c["cos_theta"], 0, 0, 0)[0].T
+    way, distance = _slab(c["n"], c["sin_theta"], c["cos_theta"], 0, 0, 0)[0].T
     return {
         "shift_perp": distance,
         "shift_along_face": c["sin_theta"] / c["cos_theta"] - way,
@@ -82,9 +78,9 @@ _ball = _directional(_through_ball, 2)
 def _ball_lens(c: HostColumns) -> HostColumns:
     columns: HostColumns = {}
     for height in ("0.1", "0.5", "0.9"):
-        x, z, dx, dz = _on_host(_ball, float(height), c["n"], 0, 0)[0].T
+        x, z, dx, dz = _ball(float(height), c["n"], 0, 0)[0].T
         columns |= {f"dev_{height}": np.rad2deg(np.arctan2(-dx, dz)), f"z_{height}": z - x * dz / dx}
-    x, _, dx, _ = _on_host(_ball, 0, c["n"], 1, 0)[1].T  # per unit of height, on the axis
+    x, _, dx, _ = _ball(0, c["n"], 1, 0)[1].T  # per unit of height, on the axis
     return {"EFL": -1 / dx, "BFL": -x / dx, **columns}
 
 
@@ -103,8 +99,8 @@ _bows = [_directional(functools.partial(_deflection, branches=branches), 2) for 
 def _least(order: int, n: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Incidence and deflection of the bow of an order, radians, and the slope of the deflection in the index."""
     bow = _bows[order - 1]
-    incidence = boundary(lambda i: _on_host(bow, i, n, 1, 0)[1] < 0, 0.1 + 0 * n, 1.5 + 0 * n)
-    return incidence, *_on_host(bow, incidence, n, 0, 1)  # at the minimum the incidence does not matter
+    incidence = boundary(lambda i: bow(i, n, 1, 0)[1] < 0, 0.1 + 0 * n, 1.5 + 0 * n)
+    return incidence, *bow(incidence, n, 0, 1)  # at the minimum the incidence does not matter
 
 
 @evaluates("I.rainbow", "tag n", jit=False)
@@ -126,12 +122,12 @@ def _rainbow(c: HostColumns) -> HostColumns:
 )
 def _derivatives(_: HostColumns) -> HostColumns:
     near = 1e-7  # the deviation at this height over the height is 1 / EFL to 1e-14
-    bent, bends = (x[0, 2] / near for x in _on_host(_ball, near, 1.5, 0, 1))
+    bent, bends = (x[0, 2] / near for x in _ball(near, 1.5, 0, 1))
     return {
         "drainbow1_dn": -_least(1, np.array([1.333]))[2][0],
         "drainbow2_dn": _least(2, np.array([1.333]))[2][0],
         "dEFL_dn": bends / bent**2,
-        "dshift_dn": _on_host(_slab, 1.5, np.sqrt(0.75), 0.5, 1, 0, 0)[1][0, 1],
+        "dshift_dn": _slab(1.5, np.sqrt(0.75), 0.5, 1, 0, 0)[1][0, 1],
     }
 
 
@@ -155,7 +151,7 @@ def _alhazen(c: HostColumns) -> HostColumns:
     source = b * c["cos_beta"], b * c["sin_beta"]
 
     def reflected(angle: np.ndarray) -> np.ndarray:
-        return _on_host(_mirror, a, 0, np.cos(angle) - a, np.sin(angle), 1, *[0] * 5)[0].T
+        return _mirror(a, 0, np.cos(angle) - a, np.sin(angle), 1, *[0] * 5)[0].T
 
     def short_of_it(angle: np.ndarray) -> np.ndarray:  # the reflected ray passes the source on the side of the eye
         x, y, dx, dy = reflected(angle)
@@ -180,7 +176,7 @@ def _convex_mirror(c: HostColumns) -> HostColumns:
         """Slopes of the reflected ray in the height of the object or in that at which its ray meets the mirror."""
         fall = (of_mirror - of_object) / u
         # the ray starts one unit before the mirror: from the object, far away, half of the digits would be lost
-        return _on_host(_mirror, 0, radius + 1, 0, -1, radius, of_mirror - fall, 0, fall, 0, 0)[1].T
+        return _mirror(0, radius + 1, 0, -1, radius, of_mirror - fall, 0, fall, 0, 0)[1].T
 
     point, _, direction, _ = per_height(0, 1)
     depth = point / direction  # where the rays from one point meet
