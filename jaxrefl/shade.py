@@ -161,7 +161,8 @@ def shade(
     shapes = once(alive, batch(functools.partial(shapes_at, scene)), found)
     hit = once(alive, batch(functools.partial(hit_at, scene)), shapes, ray, origin, found)
     place = (shapes, ray, origin, found, hit)
-    dtype, shared_by = hit.t.dtype, [()]
+    dtype = hit.t.dtype
+    shared_by: list[tuple[int, ...]] = []
 
     def models_of(*place: Any) -> list[Model]:
         models, shared_by[:] = models_at(scene, chart_at(scene, *place), place[3])

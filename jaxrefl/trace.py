@@ -206,33 +206,31 @@ def radiance(scene: Scene, ray: Ray, n_bounces: int, **options: Any) -> Array:
     return trace(scene, batch, n_bounces, account=False, **options).radiance[0]
 
 
-@functools.partial(jax.jit, static_argnames="branches")
-def _followed(scene: Scene, ray: Ray, remedy: Remedy, branches: str) -> Ray:
+@jax.jit
+def _followed(scene: Scene, ray: Ray, remedy: Remedy, transmits: Array) -> Ray:
     staged = stage(scene)
     ray = canonical_model(ray, staged.dtype)
-    origin, alive = elsewhere(ray.direction.x), jnp.isfinite(ray.direction.x)
-    for branch in branches:
-        ray, origin, alive = _one_branch(staged, remedy, branch == "T", ray, origin, alive)
+    begin = ray, elsewhere(ray.direction.x), jnp.isfinite(ray.direction.x)
+    (ray, _, alive), _ = lax.scan(functools.partial(_one_branch, staged, remedy), begin, transmits)
     return Ray(ray.origin, where(alive, ray.direction, ray.direction * 0.0))
 
 
 def _one_branch(
-    scene: Stage, remedy: Remedy, transmits: bool, ray: Ray, origin: Origin, alive: Array
-) -> tuple[Ray, Origin, Array]:
+    scene: Stage, remedy: Remedy, state: tuple[Ray, Origin, Array], transmits: Array
+) -> tuple[tuple[Ray, Origin, Array], None]:
     """The next hit, and the prescribed branch there; a ray that has none stays as it is and is dead."""
+    ray, origin, alive = state
     found = closest_hit(scene, ray, origin, remedy)
     hit, models = _surfaces(scene, ray, origin, found)
-    direction, inside, exists = reflect(hit.wo, hit.n), ~hit.entering, alive & (found.code >= 0)
-    if transmits:
-        eta = jnp.ones_like(hit.t)
-        for here, weights in models:
-            eta = jnp.where(here, weights.eta, eta)
-        direction, total = refract(hit.wo, hit.n, jnp.where(hit.entering, eta, 1 / eta))
-        inside, exists = hit.entering, exists & ~total
-    new = spawn(hit, direction, remedy)
-    ray = Ray(where(exists, new.origin, ray.origin), where(exists, new.direction, ray.direction))
-    start = leaving(hit, found, direction, inside, remedy)
-    return ray, jax.tree.map(lambda a, b: jnp.where(exists, a, b), start, origin), exists
+    eta = jnp.ones_like(hit.t)
+    for here, weights in models:
+        eta = jnp.where(here, weights.eta, eta)
+    refracted, total = refract(hit.wo, hit.n, jnp.where(hit.entering, eta, 1 / eta))
+    direction = where(transmits, refracted, reflect(hit.wo, hit.n))
+    exists = alive & (found.code >= 0) & ~(transmits & total)
+    new = spawn(hit, direction, remedy), leaving(hit, found, direction, hit.entering == transmits, remedy)
+    ray, origin = jax.tree.map(lambda a, b: jnp.where(exists, a, b), new, (ray, origin))
+    return (ray, origin, exists), None
 
 
 def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
@@ -241,7 +239,7 @@ def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
     Args:
         scene: the scene.
         ray: one ray.
-        branches: one letter per hit, R for the reflected and T for the transmitted branch; static.
+        branches: one letter per hit, R for the reflected and T for the transmitted branch.
         remedy: against self-shadowing.
 
     Returns:
@@ -255,4 +253,4 @@ def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
     if set(branches) - set("RT"):
         raise ValueError(f"branches = {branches!r} must be a sequence of the letters R and T")
     check(scene)
-    return _followed(scene, ray, remedy, branches=branches)
+    return _followed(scene, ray, remedy, jnp.array([letter == "T" for letter in branches], bool))

@@ -1,4 +1,3 @@
-# ruff: noqa: RUF009  (param(...) in a dataclass is a field declaration)
 import dataclasses
 from typing import Any
 
