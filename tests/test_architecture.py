@@ -99,7 +99,8 @@ import jaxrefl
 assert dict(jax.config.values) == before, "a jax setting changed"
 assert not jax.config.jax_enable_x64
 assert not jax.live_arrays(), "arrays were allocated"
-print(*sorted({"matplotlib", "colour", "typer", "rich", "scipy.optimize", "pydantic", "imageio", "PIL", "OpenEXR"} & set(sys.modules)))
+heavy = {"matplotlib", "colour", "typer", "rich", "scipy.optimize", "pydantic", "imageio", "PIL", "OpenEXR"}
+print(*sorted(heavy & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
