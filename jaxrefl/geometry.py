@@ -60,6 +60,8 @@ class Point(NamedTuple):
     """Point, on the primitive to rounding."""
     n: Vec3
     """Unit normal to the outside of the primitive."""
+    entering: Array
+    """() bool: the ray comes from the outside; of a sphere this is the near root, whatever rounding makes of n . d."""
     tangent: Vec3
     """Unit tangent, along increasing u."""
     uv: tuple[Array, Array]
@@ -180,7 +182,7 @@ class Sphere:
         # a ray that starts on the sphere and runs inside: the chord, no root is taken
         along = jnp.where(own, -b, jnp.where(far, half_chord, -half_chord))
         n = normalize(foot + ray.direction * along)
-        return Point(along - b, self.center + n * self.radius, n, *_sphere_map(n))
+        return Point(along - b, self.center + n * self.radius, n, ~far, *_sphere_map(n))
 
     def chord(self, n: Vec3, direction: Vec3) -> Scalar:
         """Length 2 r |n . d| of the chord from a point of normal n."""
@@ -228,7 +230,7 @@ class Plane:
         p = p - n * dot(p - self.point_on, n)
         tangent = _any_tangent(n)
         away = p - self.point_on
-        return Point(t, p, n, tangent, (dot(away, tangent), dot(away, cross(n, tangent))))
+        return Point(t, p, n, slope < 0, tangent, (dot(away, tangent), dot(away, cross(n, tangent))))
 
     def chord(self, n: Vec3, direction: Vec3) -> Scalar:
         """None: what goes below a plane does not meet it again."""

@@ -177,9 +177,9 @@ def _dtype(scene: Scene) -> Any:
 
 def _array(leaf: Leaf, dtype: Any) -> Any:
     path, value, declared = leaf
-    if declared is None:
-        return jax.tree.map(lambda x: jnp.asarray(_numbers(x), dtype), value)
-    if declared.vector:
+    if declared is None and not isinstance(value, (list, tuple)):
+        return jax.tree.map(lambda x: jnp.asarray(x, dtype), value)
+    if declared is not None and declared.vector:
         if not isinstance(value, Vec3):
             array = _numbers(value)
             if np.ndim(array) == 0 or np.shape(array)[-1] != 3:

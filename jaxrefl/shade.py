@@ -83,8 +83,7 @@ def points_at(scene: Stage, shapes: Any, ray: Ray, origin: Origin, found: Found)
 def hit_at(scene: Stage, shapes: Any, ray: Ray, origin: Origin, found: Found) -> Hit:
     """Differentiable hit that a search found, a legal one where it found nothing; tangent and uv are `chart_at`'s."""
     here, points = points_at(scene, shapes, ray, origin, found)
-    p, n, t = merge(here, [(point.p, point.n, point.t) for point in points])
-    entering = (dot(ray.direction, n) < 0) & ~found.far
+    p, n, t, entering = merge(here, [(point.p, point.n, point.t, point.entering) for point in points])
     diameter = merge(here, [shape.chord(n, n) for shape in shapes])
     return Hit(p, where(entering, n, -n), n, -ray.direction, t, (t, t), entering, diameter)
 

@@ -27,15 +27,16 @@ def is_texture(value: Any) -> bool:
 def resolve(model: Any, uv: UV) -> Any:
     """A surface with every texture replaced by its value at a place: models of surfaces never see a texture.
 
-    A parameter that is not spectral takes the first channel.
+    A parameter that is not spectral takes the first channel. A model in a field that is no parameter, such as the BRDF
+    of a user's surface, is no texture, even if it can be called.
     """
     spectral = {p.name: p.spectral for p in parameters(model)}
     fields = {}
     for field in dataclasses.fields(model):
         value = getattr(model, field.name)
-        if is_texture(value):
+        if is_texture(value) and field.name in spectral:
             color = value(uv)
-            fields[field.name] = color if spectral.get(field.name, True) else color[0]
+            fields[field.name] = color if spectral[field.name] else color[0]
         elif dataclasses.is_dataclass(value) and not isinstance(value, Vec3):
             fields[field.name] = resolve(value, uv)
     return dataclasses.replace(model, **fields) if fields else model

@@ -129,8 +129,9 @@ def _first_hit(scene: Stage, channels: int, ray: Ray, found: Found) -> tuple[Hit
     coverage = alpha = jnp.zeros_like(found.t)
     for here, weights in models:
         reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, found.t.dtype), (channels,))
-        coverage = jnp.where(here, weights.alpha, coverage)
-        alpha = jnp.where(here, d3d9.alpha_premultiplied(weights.alpha, reflected), alpha)
+        own = jnp.asarray(weights.alpha, found.t.dtype)
+        coverage = jnp.where(here, own, coverage)
+        alpha = jnp.where(here, d3d9.alpha_premultiplied(own, reflected), alpha)
     return hit, coverage, alpha
 
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import mpmath
 import numpy as np
 import pytest
-from tracer_scenes import DOWN, ORIGIN, UP, ball, lamp, plane, units, vec
+from tracer_scenes import DOWN, ORIGIN, UP, ball, lamp, plane, quick_jit, quick_trace, units, vec
 
 from jaxrefl import Vec3
 from jaxrefl.geometry import SKIP, Hit, Plane, Ray, Sphere, cosine, no_remedy, nudge, offset, refract, spawn, tolerance
@@ -79,7 +79,7 @@ def hits(shape, ray, probe=None, light=ORIGIN, remedy=SKIP) -> list[Seen]:
     ray = jax.tree.map(lambda x: jnp.broadcast_to(x, (N,)) if n == 1 else jnp.resize(x, (N,)), ray)
     shape, probe, light = arrays((shape, probe, PointLight(light, ambient=0.0)), dtype)
     scene = Scene({"one": Object(shape, probe)}, {"lamp": light})
-    terms = trace(scene, ray, 3, max_nodes=4, min_weight=1e-9, remedy=remedy, account=False, terms=True).terms
+    terms = quick_trace(scene, ray, 3, max_nodes=4, min_weight=1e-9, remedy=remedy, account=False, terms=True).terms
     assert terms.color.dtype == dtype
     return [read(jnp.where(terms.weight[:n, i] > 0, terms.color[:n, i], 0.0)) for i in range(4)]
 
@@ -263,9 +263,7 @@ def test_no_ray_of_a_quarter_of_a_million_hits_again_the_sphere_that_it_leaves(d
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
-def test_nor_does_a_ray_that_grazes_it_within_the_rounding(dtype, request):
-    if dtype == np.float32:
-        request.applymarker(pytest.mark.xfail(reason="`entering` is decided twice: by n . d, not by the root"))
+def test_nor_does_a_ray_that_grazes_it_within_the_rounding(dtype):
     again = 0
     for far in LEVELS[dtype]:
         for sphere, _, ray, _ in from_afar(dtype, far):
@@ -328,7 +326,7 @@ def test_of_equal_distances_the_lower_number_wins_whatever_the_shape_and_whoever
             "a": plane(lamp(0.1), Vec3(0.0, 0.0, z[0])),
         }
         for names in ("dbca", "abcd"):
-            out = trace(Scene({name: made[name] for name in names}), straight, 0, account=False)
+            out = quick_trace(Scene({name: made[name] for name in names}), straight, 0, account=False)
             assert out.primitive.tolist() == [gone]
             assert float(out.radiance[0, 0]) == [0.1, 0.2, 0.3, 0.4, 0.5][gone]
             assert float(out.depth[0]) == 5
@@ -437,7 +435,7 @@ def test_the_cosine_of_unit_vectors_stays_between_zero_and_one_with_the_slope_of
 # ---------------------------------------------------------------- derivatives
 
 
-@jax.jit
+@quick_jit
 def slopes(shape, probe, ray, along):
     """Numbers of a path of two hits, their derivatives along one direction, and backwards of one weighted sum."""
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from reference_tracer import reference
 from tracer_scenes import ABOVE, DOWN, ORIGIN, UP, ball, plane, rays_of, vec
+from tracer_scenes import quick_trace as trace
 
 from jaxrefl import Vec3
 from jaxrefl.geometry import Ray
 from jaxrefl.light import Ambient, Directional, PointLight, Spot, attenuation, spot_effect
 from jaxrefl.scene import Scene
 from jaxrefl.surface import Phong
-from jaxrefl.trace import trace
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 OFF = {"diffuse": 0.0, "specular": 0.0, "ambient": 0.0}

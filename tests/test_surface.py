@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 from reference_tracer import reference
 from tracer_scenes import ABOVE, UP, ball, lamp, plane, rays_of, vec
+from tracer_scenes import quick_trace as trace
 
-from jaxrefl import Vec3, brdf
+from jaxrefl import Vec3, brdf, fresnel
 from jaxrefl.camera import Orthographic
 from jaxrefl.geometry import Hit, Ray
-from jaxrefl.light import Directional, PointLight
+from jaxrefl.light import Directional, Illumination, PointLight
 from jaxrefl.params import param
 from jaxrefl.render import render
 from jaxrefl.scene import Scene, Sky
 from jaxrefl.surface import D3D9, Blend, Coat, Conductor, Dielectric, Local, Phong, Surface, Weights, Whitted
+from jaxrefl.surface.phong import blinn_lobe
 from jaxrefl.texture import Checker, ImageTexture
-from jaxrefl.trace import trace
 from jaxrefl.vec import dot
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -29,7 +30,7 @@ pytestmark = pytest.mark.usefixtures("quick_compilation")
 def toward(theta_deg, phi_deg=0.0, dtype=float) -> Vec3:
     theta, phi = math.radians(theta_deg), math.radians(phi_deg)
     x = (math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta))
-    return Vec3(*(jnp.asarray(c, dtype) for c in x))
+    return Vec3(*(jnp.asarray(round(c, 15), dtype) for c in x))
 
 
 def seen_at(theta_deg, entering=True, uv=(0.0, 0.0), dtype=float) -> Hit:
@@ -62,7 +63,7 @@ def planes_and_suns(rays, k_d, k_s, sun=0.0, bulb=0.0):
 
 def test_in_directional_light_the_diffuse_part_is_constant_over_a_plane_for_any_viewer_and_in_no_other():
     rng = np.random.default_rng(0)
-    eye, aim = rng.uniform(-3, 3, (64, 3)) + [0, 0, 4], rng.uniform(-3, 3, (64, 3)) * [1, 1, 0]
+    eye, aim = np.array([0, 0, 4]) + rng.uniform(-3, 3, (64, 3)), rng.uniform(-3, 3, (64, 3)) * [1, 1, 0]
     d = (aim - eye) / np.linalg.norm(aim - eye, axis=1, keepdims=True)
     np.testing.assert_allclose(planes_and_suns(Ray(vec(eye), vec(d)), 0.5, 0.0, sun=1.0), 0.4, rtol=1e-14)
     assert np.ptp(planes_and_suns(Ray(vec(eye), vec(d)), 0.5, 0.0, bulb=1.0)) > 0.1
@@ -108,10 +109,12 @@ def test_light_from_below_the_horizon_gives_neither_diffuse_light_nor_a_highligh
     assert min(paint.local(seen_at(60), toward(89.5, 180))) > 0
 
 
-def test_the_highlight_of_light_from_behind_the_viewer_ray_is_zero():
-    """L = -V needs both in the plane: H does not exist there."""
-    shown = Phong(k_s=1.0, shininess=2.0).local(seen_at(90), toward(90, 180))
-    assert all(np.isfinite(shown)) and shown.specular < 1e-30
+def test_where_light_and_viewer_are_opposite_and_there_is_no_half_vector_the_lobe_is_zero_with_finite_slopes():
+    right, left = Vec3(1.0, 0.0, 0.0), Vec3(-1.0, 0.0, 0.0)
+    for shininess in (1.0, 2.5):
+        value, slopes = jax.value_and_grad(blinn_lobe, (0, 1, 2, 3))(UP, right, left, shininess)
+        assert value == 0
+        assert all(jnp.isfinite(x) for x in jax.tree.leaves(slopes))
 
 
 def test_emission_and_ambient_coefficient_are_weights_and_no_ray_goes_on():
@@ -239,6 +242,13 @@ def test_a_conductor_reflects_the_exact_fraction_of_each_channel():
         gold.reflected, [0.78813190320326089, 0.43979866663659919, 0.8994487265021787], rtol=1e-13
     )
     assert (gold.local, gold.transmitted) == (0, 0)
+
+
+@pytest.mark.xfail(reason="NaN where 1e-19 < cos < 1e-13")
+def test_at_index_one_the_forward_derivative_of_a_dielectric_is_zero_like_the_reverse_one():
+    at = jnp.float32(6.1e-17), jnp.float32(1.0)
+    assert jax.jit(jax.grad(fresnel.dielectric, (0, 1)))(*at) == (0, 0)
+    assert jax.jit(lambda *x: jax.jvp(fresnel.dielectric, x, x))(*at) == (0, 0)
 
 
 # ---------------------------------------------------------------- every surface
@@ -375,8 +385,6 @@ class Tube:
     shadows: bool = dataclasses.field(default=True, metadata={"static": True})
 
     def at(self, p):
-        from jaxrefl.light import Illumination
-
         distance = jnp.hypot(p.y, self.height - p.z)
         return Illumination(Vec3(0 * p.x, -p.y, self.height - p.z) / distance, distance, 1 / distance)
 
@@ -402,21 +410,15 @@ def test_surface_light_texture_and_background_of_a_user_render_without_touching_
     np.testing.assert_allclose(trace(scene, down, 1, account=False).radiance, expected, rtol=1e-13)
     up = Ray(vec([[0.0, 0.0, 1.0]] * 2), vec([[0.0, 0.6, 0.8]] * 2))
     np.testing.assert_allclose(trace(scene, up, 1, account=False).radiance, [[1.8, 2.52]] * 2, rtol=1e-14)
-    # below the floor, along -x: falls on the mirror at 45 degrees, and goes up, to the floor's dark side
-    s2, eta = 0.5, 1.5
-    q, c = math.sqrt(eta**2 - s2), math.sqrt(1 - s2)
-    fresnel = np.array([(c - q) / (c + q), (eta**2 * c - q) / (eta**2 * c + q)]) ** 2
-    np.testing.assert_allclose(fresnel.mean(), 0.05023991101223594, rtol=1e-13)  # the table of the dossier
-    bare = Scene(
-        {"mirror": objects["mirror"], "floor": plane(paint, Vec3(0.0, 0.0, -99.0))}, scene.lights, scene.background
-    )
-    toward_mirror = Ray(vec([[9.0, 0.0, -50.0]] * 2), vec([[-0.8, 0.6, 0.0]] * 2))
-    d = np.array([0.0, 0.6, 0.8])  # x and z change places, with their signs
-    cos = 0.8 / math.sqrt(2)
+    # below the floor a ray falls on the mirror, which changes the places and signs of x and z, and falls back down
+    cos, eta = 0.8 / math.sqrt(2), 1.5
     q = math.sqrt(eta**2 - 1 + cos**2)
     fresnel = np.array([(cos - q) / (cos + q), (eta**2 * cos - q) / (eta**2 * cos + q)]) ** 2
-    shown = trace(bare, toward_mirror, 1, account=False).radiance
-    np.testing.assert_allclose(shown, [fresnel * d[1] ** 2 * np.array([5.0, 7.0])] * 2, rtol=1e-12)
+    aside = Ray(vec([[9.0, 0.0, -60.0]] * 2), vec([[0.0, 0.6, -0.8]] * 2))
+    np.testing.assert_allclose(trace(scene, aside, 1, account=False).radiance, [[1.8, 2.52]] * 2, rtol=1e-14)
+    onto = Ray(vec([[-9.0, 0.0, -40.0]] * 2), vec([[0.0, 0.6, -0.8]] * 2))
+    shown = trace(scene, onto, 1, account=False).radiance
+    np.testing.assert_allclose(shown, [fresnel * 0.36 * np.array([5.0, 7.0])] * 2, rtol=1e-12)
 
 
 @jax.tree_util.register_dataclass
