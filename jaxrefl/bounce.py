@@ -97,6 +97,7 @@ def _transmittance(medium: Medium, t: Array, missed: Array) -> Any:
     """exp(-sigma t) of the way that the ray came; of an infinite one 0 where sigma > 0."""
     if medium.sigma is None:
         return 1.0
+    t = jnp.where(missed, 0.0, t)  # of a legal hit that was not hit t may be negative, and the exponential overflow
     return jnp.where(missed, jnp.where(medium.sigma > 0, 0.0, 1.0), jnp.exp(-medium.sigma * t))
 
 

@@ -5,7 +5,8 @@ A shape is one primitive; every method is written for ONE ray and ONE primitive.
     roots(ray, t_min)             the nearest acceptable distance, inf for none, and which root it is: the search
     blocks(ray, t_min, distance)  whether it stands in between: the shadow
     point(ray, own, far, here)    the same distance again with the point and its normal, differentiable
-    chord(n, direction)           how far it is through the inside, from a point of normal n: inf where there is none
+    chord(n, direction)           how far it is through the inside, from a point of normal n: inf where there is none;
+                                  the tracer asks along n and takes it times |n . d|, as it is for a sphere
 
 The search runs over numbers without derivatives and is carried, never decided twice; value and gradient of the hit
 come from `point` alone, which gives a legal point also where the ray does not hit (``here`` False). For a sphere of
@@ -206,12 +207,13 @@ class Plane:
     """Infinite plane; the side of its normal is outside."""
 
     point_on: Any = param("(-inf, inf)", vector=True, doc="any point of the plane, where u = v = 0")
-    normal: Any = param("(-inf, inf)", vector=True, doc="normal, of any length but 0")
+    normal: Any = param("(-inf, inf)", vector=True, nonzero=True, doc="normal, of any length but 0")
 
     def roots(self, ray: Ray, t_min: Scalar) -> Root:
         """Distance above t_min."""
         height, slope = self._height(ray, self._unit())
-        toward = height * slope < 0
+        horizon = jnp.finfo(height.dtype).max ** 0.4  # farther away, squares of the distance overflow
+        toward = (height * slope < 0) & (jnp.abs(height) < horizon * jnp.abs(slope))
         t = -height / jnp.where(toward, slope, 1.0)
         return Root(jnp.where(toward & (t > t_min), t, jnp.inf), jnp.zeros_like(toward))
 

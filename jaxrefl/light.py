@@ -1,6 +1,7 @@
 """Lights: what reaches a point, from where, in three intensities that JHU's equation keeps apart.
 
-A light is any dataclass with ``at(p) -> Illumination``; `Ambient` has no place and no direction. Intensities are (C,)
+A light is any dataclass with ``at(p) -> Illumination``, the intensities ``diffuse``, ``specular`` and ``ambient``, and
+``shadows``; `Ambient` has no place and no direction. Intensities are (C,)
 and defined so that a white Lambert surface that faces the light shows a radiance equal to it (irradiance = pi times
 the intensity), before attenuation. A user's own light is a dataclass in the user's own file.
 """
@@ -74,7 +75,7 @@ class Directional:
     Source: JHU, "Point vs. Directional Light Sources".
     """
 
-    direction: Any = param("(-inf, inf)", vector=True, doc="direction in which the light travels, of any length but 0")
+    direction: Any = param("(-inf, inf)", vector=True, nonzero=True, doc="where the light travels, of any length but 0")
     diffuse: Any = param("[0, inf)", spectral=True, default=1.0, doc="I_d")
     specular: Any = param("[0, inf)", spectral=True, default=1.0, doc="I_s")
     ambient: Any = param("[0, inf)", spectral=True, default=0.0, doc="I_aj; attenuated, not shadowed")
@@ -121,7 +122,7 @@ class Spot:
     """
 
     position: Any = param("(-inf, inf)", vector=True, doc="where it is")
-    direction: Any = param("(-inf, inf)", vector=True, doc="L_N, where it shines, of any length but 0")
+    direction: Any = param("(-inf, inf)", vector=True, nonzero=True, doc="L_N, where it shines, of any length but 0")
     exponent: Any = param("[0, inf)", default=0.0, doc="s")
     cutoff: Any = param("(0, 3.15]", unit="rad", default=3.141592653589793, doc="half angle of the cone")
     diffuse: Any = param("[0, inf)", spectral=True, default=1.0, doc="I_d")

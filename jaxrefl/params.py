@@ -74,6 +74,7 @@ class Param(NamedTuple):
     unit: str
     spectral: bool
     vector: bool
+    nonzero: bool
     default: Any
     doc: str
 
@@ -84,6 +85,7 @@ def param(
     unit: str = "",
     spectral: bool = False,
     vector: bool = False,
+    nonzero: bool = False,
     default: Any = dataclasses.MISSING,
     doc: str = "",
 ) -> Any:
@@ -94,10 +96,12 @@ def param(
         unit: unit as printed on an axis; empty for a pure number.
         spectral: True if the field may hold a spectrum (C,), or a texture; False for a scalar.
         vector: True if the field is a `Vec3`, each of whose components has the range.
+        nonzero: True if it must not be the zero vector.
         default: value when none is given; without one the field is required. None as default: the field may be absent.
         doc: one line.
     """
-    declared = {"interval": Interval.parse(interval), "unit": unit, "spectral": spectral, "vector": vector, "doc": doc}
+    declared = {"interval": Interval.parse(interval), "unit": unit, "spectral": spectral, "doc": doc}
+    declared |= {"vector": vector, "nonzero": nonzero}
     return dataclasses.field(default=default, metadata={"param": declared})
 
 

@@ -50,7 +50,7 @@ class Account(NamedTuple):
     hits: Array
     """() int32: how many of them hit something."""
     path_id: Array
-    """() uint32: equal for equal sequences of primitives, branches and lights seen: no edge lies between."""
+    """() uint32: equal for equal sequences of primitives, branches and lights seen; textures are not looked at."""
 
 
 class Features(NamedTuple):
@@ -133,6 +133,9 @@ def features(scene: Stage) -> Features:
     jax.eval_shape(probe)
     absorbs = any(not is_absent(w.sigma) or not is_absent(w.sigma_reflected) for w in seen)
     present = [tuple(not is_absent(getattr(w, name)) for w in seen) for name in ("reflected", "transmitted")]
+    lengths = sorted({shape[-1] for shape in shapes if shape} - {1})
+    if len(lengths) > 1:
+        raise ValueError(f"the spectra of the scene have {' and '.join(map(str, lengths))} channels; they must agree")
     return Features(jnp.broadcast_shapes(*shapes)[0], absorbs, *present)
 
 

@@ -50,7 +50,7 @@ class Image(NamedTuple):
     hits: Array | None
     """(H, W) mean number of hits, each of which asks for every light."""
     path_id: Array | None
-    """(H, W) uint32: equal where no edge lies between."""
+    """(H, W) uint32: equal where no edge of a primitive, a shadow or a cone lies between."""
     budget: Budget | None
     """Each (H, W, C)."""
 
@@ -228,6 +228,8 @@ def render(
     """
     for name, value in (("width", width), ("height", height), ("spp", spp)):
         require(name, value, Interval.parse("[1, inf)"))
+        if not isinstance(value, (int, np.integer)):
+            raise ValueError(f"{name} = {value!r} is not a whole number")
     if alpha not in ALPHAS:
         raise ValueError(f"alpha = {alpha!r} must be one of {', '.join(ALPHAS)}")
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
@@ -251,9 +253,7 @@ def render(
     first = _image(_band(scene, camera, options._replace(n_bounces=0), seed, jnp.int32(0), samples, local, tiles), plan)
     coverage = _image(traced._replace(alpha=traced.coverage), plan).alpha
     r_tot = jnp.maximum(image.radiance - first.radiance, 0.0)
-    hit = image.primitive >= 0
-    printed = jax.vmap(jax.vmap(d3d9.alpha_printed))(coverage, r_tot)
-    return image._replace(alpha=jnp.where(hit, printed, image.alpha))
+    return image._replace(alpha=jax.vmap(jax.vmap(d3d9.alpha_printed))(coverage, r_tot))
 
 
 def _in_bands(

@@ -59,10 +59,11 @@ def safe_power(x: Float[ArrayLike, "..."], p: Float[ArrayLike, "..."]) -> Float[
 def exp_log_power(x: Float[ArrayLike, "..."], p: Float[ArrayLike, "..."]) -> Float[Array, "..."]:
     """Power x^p for x in [0, 1] and p >= 0 as exp(p log x): three times faster than `safe_power`, for highlights.
 
-    Relative error p |log x| eps, which is below 90 eps in float32 wherever the result is not 0. The base is clamped at
-    0; 0^0 = 1. The derivative at x = 0 is 0.
+    The base is held to [0, 1], because a cosine may exceed 1 by a rounding; a rounding of the base changes the result
+    by p eps relatively, 1 % at p = 1e5 in float32. 0^0 = 1. The derivative at x = 0 is 0, at x = 1 that of the inside.
     """
     x, p = floats(x, p)
+    x = jnp.where(x > 1, 1.0, x)
     positive = x >= jnp.finfo(x.dtype).tiny
     power = jnp.exp(p * jnp.log(jnp.where(positive, x, 1.0)))
     return jnp.where(positive, power, jnp.where(p == 0, 1.0, 0.0))

@@ -43,7 +43,7 @@ class Scene:
 
     objects: Mapping[str, Object] = dataclasses.field(default_factory=dict)
     lights: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    background: Any = 0.0
+    background: Any = param("[0, inf)", spectral=True, default=0.0, doc="colour (C,), or a model")
 
 
 @jax.tree_util.register_dataclass
@@ -145,6 +145,10 @@ def check_model(model: Any, path: str) -> None:
                 raise ValueError(f"{leaf.path} = {values!r} is not a vector of 3 numbers")
         for x in jax.tree.leaves(values):
             require(leaf.path, x, leaf.declared.interval)
+        if leaf.declared.nonzero and all(map(is_concrete, jax.tree.leaves(values))):
+            length = sum(np.abs(np.asarray(x)) for x in jax.tree.leaves(values))
+            if isinstance(values, Vec3) and not np.all(length > 0):
+                raise ValueError(f"{leaf.path} is the zero vector; it needs a direction")
 
     walk(model, path, look)
 

@@ -32,7 +32,7 @@ class Shading(NamedTuple):
     """(C,) radiance shown, before the local weight."""
     weights: Weights
     lit: Array
-    """() uint32: bit j is set if light j is seen."""
+    """() uint32: a number of the set of lights seen."""
 
 
 def once(alive: Array, function: Callable[..., Any], *args: Any) -> Any:
@@ -212,9 +212,9 @@ def shade(
             return color + sent.factor * (ambient * weights.ambient + jnp.where(seen, direct, 0.0))
 
         color = batch(respond)(total[0], sent, seen, weights, models, *place)
-        return (color, total[1] | jnp.where(seen, bit, jnp.uint32(0))), None
+        return (color, total[1] + jnp.where(seen & (sent.factor > 0), bit, jnp.uint32(0))), None
 
-    bits = np.array([1 << (i % 32) for i in range(len(shadows))], np.uint32)
+    bits = ((2 * np.arange(len(shadows), dtype=np.uint64) + 1) * 2654435761 % 2**32).astype(np.uint32)
     begin = (color, jnp.zeros(hit.t.shape, jnp.uint32))
     (color, lit), _ = lax.scan(add, begin, (sent, power, jnp.asarray(shadows), jnp.asarray(bits)))
     return hit, Shading(color, weights, lit)

@@ -106,6 +106,11 @@ def _stack(models: list[Any]) -> Any:
         return models[0]
 
     def join(*leaves: Array) -> Array:
+        channels = sorted({x.shape[-1] for x in leaves if x.ndim > 1} - {1})
+        if len(channels) > 1:
+            raise ValueError(
+                f"the spectra of the scene have {' and '.join(map(str, channels))} channels; they must agree"
+            )
         rest = jnp.broadcast_shapes(*(x.shape[1:] for x in leaves))
         return jnp.concatenate([jnp.broadcast_to(x, (x.shape[0], *rest)) for x in leaves])
 

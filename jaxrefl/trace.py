@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from . import d3d9
@@ -36,7 +37,7 @@ class Terms(NamedTuple):
     """
 
     color: Array
-    """(N + 1, C): c_i; the background at a miss."""
+    """(N + 1, C), in a tree (max_nodes, C): c_i; the background at a miss."""
     local: Array
     """(N + 1, C): weight of the colour; 1 at a miss, 0 after it."""
     reflected: Array
@@ -80,7 +81,7 @@ def trace_batch(
     """`trace` of a staged scene; call it inside jit."""
     known = features(scene)
     steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
-    waiting = max(1, min(n_bounces, max_waiting))
+    waiting = max(1, min(max_waiting, 2 ** min(n_bounces, 10)))
     # the batch is the last axis, so that a colour is C rows of N: everything runs along N
     begin = batch(functools.partial(start, known=known, waiting=waiting, account=account))
     look = batch(functools.partial(search, scene, options))
@@ -173,10 +174,10 @@ def trace(
 
     Args:
         scene: the scene; its dtype rules.
-        rays: components (N,), unit directions (not checked).
+        rays: components (N,), unit directions (not checked); they start outside of every medium.
         n_bounces: 0 = the first hit only; static.
         max_nodes: largest number of rays per path where a surface transmits, 4 (n_bounces + 1) by default; static.
-        max_waiting: branches of a path that can wait; the weakest one is dropped; static.
+        max_waiting: branches of a path that can wait, [1, inf); the weakest one is dropped; static.
         min_weight: branches weaker than this are cut, [0, inf); 0 cuts nothing.
         remedy: against self-shadowing.
         account: keep budget, counts and path identity; static.
@@ -194,10 +195,13 @@ def trace(
 
 
 def check_loop(n_bounces: int, max_nodes: int | None, max_waiting: int, min_weight: Any) -> None:
-    """Raise `ValueError` if a setting of the loop is out of its range."""
+    """Raise `ValueError` if a setting of the loop is out of its range, or no whole number where it has to be one."""
+    for name, value in (("n_bounces", n_bounces), ("max_nodes", max_nodes), ("max_waiting", max_waiting)):
+        if value is not None and not isinstance(value, (int, np.integer)):
+            raise ValueError(f"{name} = {value!r} is not a whole number")
     require("n_bounces", n_bounces, Interval.parse("[0, inf)"))
     require("max_nodes", 1 if max_nodes is None else max_nodes, Interval.parse("[1, inf)"))
-    require("max_waiting", max_waiting, Interval.parse("[0, inf)"))
+    require("max_waiting", max_waiting, Interval.parse("[1, inf)"))
     require("min_weight", min_weight, Interval.parse("[0, inf)"))
 
 
@@ -249,7 +253,7 @@ def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
     Raises:
         ValueError: another letter.
 
-    The step is that of `trace` with the branch prescribed. Differentiable in scene and ray.
+    The step is that of `trace` with the branch prescribed, whatever its weight. Differentiable in scene and ray.
     """
     if set(branches) - set("RT"):
         raise ValueError(f"branches = {branches!r} must be a sequence of the letters R and T")

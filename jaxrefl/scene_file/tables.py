@@ -143,7 +143,9 @@ def settings_table() -> type[Table]:
 @functools.cache
 def document_table() -> type[Table]:
     """Table of a whole file."""
-    declared = Param("background", Interval.parse("[0, inf)"), "", True, False, 0.0, "radiance behind everything")
+    declared = Param(
+        "background", Interval.parse("[0, inf)"), "", True, False, False, 0.0, "radiance behind everything"
+    )
     forms = forms_of(declared, False)
     for name, cls in catalog.BACKGROUNDS.items():
         forms[name] = table(name, cls), ""

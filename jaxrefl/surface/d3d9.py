@@ -14,7 +14,7 @@ from ..geometry import Hit, cosine
 from ..params import param
 from ..vec import Vec3
 from .phong import Phong
-from .protocol import Local, Weights
+from .protocol import Local, Weights, under
 
 
 @jax.tree_util.register_dataclass
@@ -55,4 +55,4 @@ class D3D9:
         size = d3d9.max_norm(metallic) if self.metallic_norm is None else self.metallic_norm
         reflected = d3d9.total_reflection(metallic, self._reflectance(hit.cos_theta_o), 1.0, self.specular)
         alpha = self.alpha
-        return self.base.weights(hit)._replace(local=1 - size, reflected=reflected, alpha=alpha)
+        return under(self.base.weights(hit), 1 - size, reflected)._replace(alpha=alpha)

@@ -15,7 +15,7 @@ from ..geometry import Hit
 from ..params import param
 from ..vec import Vec3
 from .phong import Phong
-from .protocol import Local, Weights
+from .protocol import Local, Weights, under
 
 
 def interface(hit: Hit, eta: Any) -> Float[Array, ""]:
@@ -84,4 +84,4 @@ class Coat:
     def weights(self, hit: Hit) -> Weights:
         """1 - F for the base, F for the reflected ray."""
         reflected = fresnel.dielectric(hit.cos_theta_o, self.eta)
-        return self.base.weights(hit)._replace(local=1 - reflected, reflected=reflected)
+        return under(self.base.weights(hit), 1 - reflected, reflected)

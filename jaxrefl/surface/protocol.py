@@ -60,3 +60,13 @@ class Surface(Protocol):
 def is_absent(weight: Any) -> bool:
     """True for a weight that a surface left at its default 0."""
     return isinstance(weight, (int, float)) and weight == 0
+
+
+def under(base: Weights, local: Any, reflected: Any) -> Weights:
+    """Weights of a layer over a base: the layer reflects, and passes ``local`` on to everything that the base does."""
+    through = {name: local * getattr(base, name) for name in ("reflected", "transmitted")}
+    return base._replace(
+        local=local * base.local,
+        reflected=reflected if is_absent(base.reflected) else reflected + through["reflected"],
+        transmitted=base.transmitted if is_absent(base.transmitted) else through["transmitted"],
+    )

@@ -11,7 +11,7 @@ from ..geometry import Hit
 from ..params import param
 from ..vec import Vec3
 from .phong import Phong
-from .protocol import Local, Weights
+from .protocol import Local, Weights, under
 
 
 @jax.tree_util.register_dataclass
@@ -32,7 +32,7 @@ class Blend:
     def weights(self, hit: Hit) -> Weights:
         """1 - alpha for the base, alpha for the reflected ray."""
         alpha = self.reflectivity
-        return self.base.weights(hit)._replace(local=1 - alpha, reflected=alpha)
+        return under(self.base.weights(hit), 1 - alpha, alpha)
 
 
 @jax.tree_util.register_dataclass
@@ -61,10 +61,10 @@ class Whitted:
         """1 for the base, k_rg and k_tg for the rays."""
         weights = self.base.weights(hit)
         if self.k_rg is not None:
-            weights = weights._replace(reflected=self.k_rg)
+            weights = weights._replace(reflected=weights.reflected + self.k_rg)
         if self.sigma_rg is not None:
             weights = weights._replace(sigma_reflected=self.sigma_rg)
         if self.k_tg is None:
             return weights
-        weights = weights._replace(transmitted=self.k_tg, eta=self.eta)
+        weights = weights._replace(transmitted=weights.transmitted + self.k_tg, eta=self.eta)
         return weights if self.sigma_tg is None else weights._replace(sigma=self.sigma_tg)
