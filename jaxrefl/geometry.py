@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import Array
+from jax import Array, lax
 from jaxtyping import Bool, Float
 
 from .params import param
@@ -98,7 +98,8 @@ class Hit(NamedTuple):
 def cosine(a: Vec3, b: Vec3) -> Scalar:
     """Cosine between two unit vectors, held in [0, 1]; at either end the derivative is that of the inside."""
     c = dot(a, b)
-    return jnp.where(c < 0, 0.0, jnp.where(c > 1, 1.0, c))
+    c = c - lax.stop_gradient(jnp.where(c > 1, c - 1, 0.0))  # 1, still with its derivative
+    return jnp.where(c < 0, 0.0, c)
 
 
 class Remedy(NamedTuple):
