@@ -96,7 +96,7 @@ class Hit(NamedTuple):
 
 
 def cosine(a: Vec3, b: Vec3) -> Scalar:
-    """Cosine between two unit vectors, held in [0, 1]; at either end the derivative is that of the inside."""
+    """Cosine between two unit vectors, held in [0, 1]; at and above 1 with its derivative, below 0 with none."""
     c = dot(a, b)
     c = c - lax.stop_gradient(jnp.where(c > 1, c - 1, 0.0))  # 1, still with its derivative
     return jnp.where(c < 0, 0.0, c)
