@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from reference_tracer import reference
-from tracer_scenes import ABOVE, UP, ball, lamp, plane, rays_of, vec
+from tracer_scenes import ABOVE, UP, ball, lamp, plane, quick_jit, rays_of, vec
 from tracer_scenes import quick_trace as trace
 
 from jaxrefl import Vec3, brdf, fresnel
@@ -194,6 +194,7 @@ def test_equation_eight_dims_the_diffuse_light_of_the_sun_by_its_own_angle_and_n
 def test_the_alpha_of_the_image_is_equation_seven_as_printed_or_premultiplied():
     """A tinted pane seen at 0 degrees, R = 0.04, in front of bright and dark surroundings."""
     coverage = Checker(0.6, 0.1, 1.0, 1.0)
+    picture = quick_jit(lambda scene, alpha: render(scene, ABOVE, 2, 2, 1, alpha=alpha), static_argnames="alpha")
     for light in (0.5, 30.0):
         pane = D3D9(lamp(0.2), np.array([0.3, 0.1, 0.0]), 0.04, 0.96, 5.0, 1.0, alpha=coverage)
         scene = Scene({"pane": plane(pane)}, background=light)
@@ -204,7 +205,7 @@ def test_the_alpha_of_the_image_is_equation_seven_as_printed_or_premultiplied():
             premultiplied.radiance, np.broadcast_to(0.7 * 0.2 + rho * light, (2, 2, 3)), rtol=1e-13
         )
         np.testing.assert_allclose(premultiplied.alpha, 1 - (1 - d_a) * (1 - rho.max()), rtol=1e-13)
-        printed = render(scene, ABOVE, 2, 2, 1, alpha="printed")
+        printed = picture(scene, alpha="printed")
         np.testing.assert_allclose(printed.alpha, np.maximum(d_a, (rho * light).max()), rtol=1e-12)
         np.testing.assert_array_equal(printed.radiance, premultiplied.radiance)
 

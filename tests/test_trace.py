@@ -103,13 +103,13 @@ def test_a_shipped_scene_is_that_of_the_reference_tracer_with_every_derivative_f
     @quick_jit
     def values_and_slopes(world, weights):
         def weighted(world):
-            out = trace(world[0], rays_of(world[1], w, h), 1)
+            out = trace(world[0], rays_of(world[1], w, h), 2)
             return jnp.vdot(out.radiance, weights[:, None] * jnp.ones(file.channels)), out
 
         return jax.value_and_grad(weighted, has_aux=True)(world)
 
     (_, out), slopes = values_and_slopes(world, jnp.ones(w * h))
-    expected = reference(file.scene, file.camera, w, h, 1).reshape(w * h, -1)
+    expected = reference(file.scene, file.camera, w, h, 2).reshape(w * h, -1)
     np.testing.assert_allclose(out.radiance, expected, rtol=1e-11, atol=1e-12)
     assert all_finite((out.radiance, slopes))
     direction, step = along(world, np.random.default_rng(1)), 1e-7  # a texture has edges that no path_id tells
@@ -121,18 +121,20 @@ def test_a_shipped_scene_is_that_of_the_reference_tracer_with_every_derivative_f
     assert math.isclose(slope, quotient, rel_tol=1e-6)
 
 
-# ---------------------------------------------------------------- a room: one structure, many numbers
+# ---------------------------------------------------------------- a ball of glass: one structure, many numbers
 
 
-def room(alpha=0.3, k_rg=0.2, k_tg=0.6, eta=1.4, sigma=0.2, light=1.0, height=0.9, sky=(0.2, 0.5, 0.9)):
-    """A mirror floor and a ball of coloured glass, each of which shines, in the light of a bulb."""
-    objects = {
-        "ball": ball(Whitted(Phong(0.3, 0.2, 9.0, 0.0, 0.25), k_rg, k_tg, eta, sigma, sigma), 0.8, UP * height),
-        "floor": plane(Blend(Phong([0.5, 0.4, 0.3], emission=0.125), alpha)),
-    }
-    return Scene(
-        objects, {"bulb": PointLight(Vec3(1.0, -2.0, 3.0), light, light)}, Sky(*(np.array(sky) for _ in range(3)))
-    )
+def lens(k_rg=0.2, k_tg=0.6, eta=1.4, sigma=0.2, light=1.0, height=0.9):
+    """A ball of coloured glass that shines, in the light of a bulb and the sky."""
+    glass = Whitted(Phong([0.5, 0.4, 0.3], 0.2, 9.0, 0.0, 0.25), k_rg, k_tg, eta, sigma, sigma)
+    bulb, sky = PointLight(Vec3(1.0, -2.0, 3.0), light, light), Sky([0.2, 0.5, 0.9], [0.2, 0.4, 0.6], [0.1, 0.3, 0.2])
+    return Scene({"ball": ball(glass, 0.8, UP * height)}, {"bulb": bulb}, sky)
+
+
+def room(alpha=0.3, **numbers):
+    """The same on a mirror floor that shines."""
+    scene = lens(**numbers)
+    return dataclasses.replace(scene, objects=scene.objects | {"floor": plane(Blend(lamp(0.125), alpha))})
 
 
 NEAR = Pinhole(Vec3(0.2, -3.0, 1.5), Vec3(0.0, 0.0, 0.8), field_of_view=0.9)
@@ -140,7 +142,7 @@ SKYWARDS = Pinhole(Vec3(0.2, -3.0, 1.5), Vec3(0.0, 3.0, 4.5), field_of_view=1.05
 
 
 @quick_jit
-def look_at_room(world, direction, weights):
+def look_at_lens(world, direction, weights):
     """Trace of 64 rays; derivative of the radiance along a direction; derivative of a weighted sum, backwards."""
 
     def shoot(world):
@@ -151,21 +153,21 @@ def look_at_room(world, direction, weights):
     return out, forward, jax.grad(lambda world: jnp.vdot(shoot(world)[0], weights))(world)
 
 
-def room_world(camera=NEAR, dtype=float, **numbers):
+def lens_world(camera=NEAR, dtype=float, **numbers):
     """Scene and rays; every number of both is a leaf."""
-    return jax.tree.map(lambda x: jnp.asarray(x, dtype), (canonical(room(**numbers)), rays_of(camera, 8, 8)))
+    return jax.tree.map(lambda x: jnp.asarray(x, dtype), (canonical(lens(**numbers)), rays_of(camera, 8, 8)))
 
 
 def seen(world, direction=None, weights=None):
     dtype = world[0].background.zenith.dtype
     direction = jax.tree.map(jnp.zeros_like, world) if direction is None else direction
-    return look_at_room(world, direction, jnp.ones((64, 3), dtype) if weights is None else weights)
+    return look_at_lens(world, direction, jnp.ones((64, 3), dtype) if weights is None else weights)
 
 
 @pytest.mark.parametrize(("dtype", "tolerance"), [(np.float64, 1e-12), (np.float32, 1e-5)])
 def test_forward_and_reverse_derivatives_agree(dtype, tolerance):
-    world, rng = room_world(dtype=dtype), np.random.default_rng(0)
-    parts = ("radius", "center", "k_tg", "eta", "sigma_tg", "reflectivity", "emission", "bulb", "zenith", "origin", "")
+    world, rng = lens_world(dtype=dtype), np.random.default_rng(0)
+    parts = ("radius", "center", "k_tg", "eta", "sigma_tg", "emission", "bulb", "zenith", "origin", "")
     for part in parts:
         direction, weights = along(world, rng, part), jnp.asarray(rng.random((64, 3)), dtype)
         out, forward, backward = seen(world, direction, weights)
@@ -175,16 +177,15 @@ def test_forward_and_reverse_derivatives_agree(dtype, tolerance):
         assert {x.dtype for x in jax.tree.leaves((forward, backward))} == {np.dtype(dtype)}
 
 
-@pytest.mark.xfail(reason="Trace.alpha is float64 where no surface has an alpha of its own")
 def test_a_scene_in_float32_is_traced_in_float32_with_64_bits_at_hand():
-    shapes = jax.eval_shape(lambda world: trace(*world, 1, terms=True), room_world(dtype=np.float32))
+    shapes = jax.eval_shape(lambda world: trace(*world, 1, terms=True), lens_world(dtype=np.float32))
     others = {jax.tree_util.keystr(k): str(x.dtype) for k, x in jax.tree_util.tree_leaves_with_path(shapes)}
     assert {k: dtype for k, dtype in others.items() if dtype not in ("float32", "int32", "uint32")} == {}
 
 
 @pytest.mark.parametrize("part", ["shape", "surface", "lights", "background", "origin", "direction", ""])
 def test_the_derivative_of_each_ray_is_the_difference_quotient_where_no_edge_lies_between(part):
-    world, h = room_world(), 1e-6
+    world, h = lens_world(), 1e-6
     direction = along(world, np.random.default_rng(len(part)), part)
     (out, slope, _), (up, *_), (down, *_) = (seen(moved(world, direction, s), direction) for s in (0, h, -h))
     same = (up.account.path_id == down.account.path_id) & (up.account.path_id == out.account.path_id)
@@ -195,11 +196,11 @@ def test_the_derivative_of_each_ray_is_the_difference_quotient_where_no_edge_lie
 
 
 def test_every_derivative_of_an_image_that_is_mostly_sky_is_finite():
-    out, forward, backward = seen(room_world(SKYWARDS), along(room_world(SKYWARDS), np.random.default_rng(2)))
+    out, forward, backward = seen(lens_world(SKYWARDS), along(lens_world(SKYWARDS), np.random.default_rng(2)))
     assert 0 < (out.primitive >= 0).mean() < 0.2
     assert all_finite((forward, backward))
     assert float(jnp.abs(backward[0].objects["ball"].surface.eta).sum()) > 0
-    empty = room_world(dataclasses.replace(SKYWARDS, target=Vec3(0.0, 3.0, 40.0)))
+    empty = lens_world(dataclasses.replace(SKYWARDS, target=Vec3(0.0, 3.0, 40.0)))
     out, forward, backward = seen(empty, along(empty, np.random.default_rng(3)))
     assert (out.primitive < 0).all()
     assert all_finite((forward, backward))
@@ -207,25 +208,24 @@ def test_every_derivative_of_an_image_that_is_mostly_sky_is_finite():
 
 
 def test_the_derivative_in_a_reflectivity_of_zero_is_what_the_mirror_would_show_less_what_is_seen():
-    """c = (1 - alpha) c_0 + alpha c_1, without a light: the floor shines with 0.125 and the ball with 0.25."""
-    world = room_world(alpha=0.0, k_rg=0.0, k_tg=0.0, light=0.0)
-    direction = jax.tree.map(jnp.zeros_like, world)
-    direction[0].objects["floor"] = dataclasses.replace(
-        direction[0].objects["floor"],
-        surface=dataclasses.replace(direction[0].objects["floor"].surface, reflectivity=jnp.ones((1, 1))),
-    )
-    out, forward, _ = seen(world, direction)
-    floor = np.asarray(out.primitive) == 1
-    behind = np.asarray(out.terms.color[:, 1])  # what the first reflected ray met
-    assert {tuple(x) for x in behind[floor].round(6).tolist()} == {(0.25,) * 3, (0.2, 0.5, 0.9)}  # ball, sky
-    np.testing.assert_allclose(forward[floor], behind[floor] - 0.125, rtol=1e-13)
-    np.testing.assert_array_equal(np.asarray(forward)[~floor], 0)
+    """c = (1 - alpha) c_0 + alpha c_1 at alpha = 0: a floor that shows 0.125 under a lamp of 0.25 and a sky of 0.5."""
+    lamps = ball(lamp(0.25), 1.2, Vec3(0.0, 1.5, 2.0))
+
+    def shown(alpha):
+        scene = Scene({"floor": plane(Blend(lamp(0.125), alpha)), "lamp": lamps}, background=0.5)
+        out = trace(scene, rays_of(NEAR, 8, 8), 1, terms=True)
+        return out.radiance[:, 0], out
+
+    _, slope, out = quick_jit(lambda alpha: jax.jvp(shown, (alpha,), (1.0,), has_aux=True))(0.0)
+    floor, behind = np.asarray(out.primitive) == 0, np.asarray(out.terms.color)[:, 1, 0]
+    assert {*behind[floor]} == {0.25, 0.5}
+    np.testing.assert_allclose(slope, np.where(floor, behind - 0.125, 0), rtol=1e-14)
 
 
 def test_the_derivative_in_a_transmission_of_zero_is_what_the_glass_would_show():
     """The ray ends where it would leave: d c / d k_tg = E exp(-sigma chord) / eta^2."""
     eta, sigma, camera = 1.4, 0.7, Orthographic(Vec3(0.0, -5.0, 0.9), UP * 0.9, height=1.5)
-    world = room_world(camera, alpha=0.0, k_rg=0.0, k_tg=0.0, light=0.0, eta=eta, sigma=sigma)
+    world = lens_world(camera, k_rg=0.0, k_tg=0.0, light=0.0, eta=eta, sigma=sigma)
     direction = jax.tree.map(jnp.zeros_like, world)
     surface = dataclasses.replace(direction[0].objects["ball"].surface, k_tg=jnp.ones((1, 1)))
     direction[0].objects["ball"] = dataclasses.replace(direction[0].objects["ball"], surface=surface)
@@ -252,9 +252,9 @@ def test_at_zero_bounces_there_is_one_term_and_what_lies_behind_is_truncated():
 
 def test_sixteen_scenes_at_once_are_equal_to_each_alone_and_one_of_them_may_be_empty():
     worlds = [
-        room_world(SKYWARDS if i == 5 else NEAR, alpha=i / 15, eta=1 + i / 10, height=0.8 + 0.1 * i) for i in range(16)
+        lens_world(SKYWARDS if i == 5 else NEAR, k_rg=i / 16, eta=1 + i / 10, height=0.8 + 0.1 * i) for i in range(16)
     ]
-    worlds[7] = room_world(dataclasses.replace(SKYWARDS, target=Vec3(0.0, 3.0, 40.0)))
+    worlds[7] = lens_world(dataclasses.replace(SKYWARDS, target=Vec3(0.0, 3.0, 40.0)))
     many = jax.tree.map(lambda *x: jnp.stack(x), *worlds)
 
     @quick_jit
@@ -292,7 +292,7 @@ def test_other_numbers_are_not_compiled_again(caplog):
 
 
 def test_min_weight_cuts_the_branches_below_it_into_the_budget():
-    scene, rays = room(0.3, 0.2, 0.6, light=0.0), rays_of(NEAR, 8, 8)
+    scene, rays = room(k_rg=0.2, k_tg=0.6, light=0.0), rays_of(NEAR, 8, 8)
     whole = quick_trace(scene, rays, 2)
     for weight in (0.05, 0.25, 0.5, 0.7):
         out = quick_trace(scene, rays, 2, min_weight=weight)
@@ -356,7 +356,7 @@ def test_what_a_blend_shows_escapes_or_leaves_out_is_one():
     assert (mirrored().account.budget.total > 1 + 1e-3).any()
 
 
-@pytest.mark.parametrize("limits", [{}, {"max_nodes": 4}, {"max_waiting": 1}, {"max_nodes": 1, "max_waiting": 0}])
+@pytest.mark.parametrize("limits", [{}, {"max_nodes": 4}, {"max_waiting": 1}, {"max_nodes": 1, "max_waiting": 1}])
 def test_what_lossless_glass_shows_escapes_or_leaves_out_is_one_however_few_branches_are_followed(limits):
     objects = {"glass": ball(Dielectric(1.5), 0.8, UP), "floor": plane(Blend(Phong(0.5), 0.6))}
     scene = Scene(objects, {"sun": Directional(DOWN)}, 1.0)
@@ -368,7 +368,6 @@ def test_what_lossless_glass_shows_escapes_or_leaves_out_is_one_however_few_bran
     assert (budget.truncated[np.asarray(out.primitive) == 1] > 0).all()
 
 
-@pytest.mark.xfail(reason="no more than n_bounces branches can wait, whatever max_waiting says")
 def test_a_full_tree_with_room_for_every_branch_loses_none():
     sheets = Object(Plane(np.stack([0 * np.arange(9.0), 0 * np.arange(9.0), np.arange(-4.0, 5.0)], -1), UP), None)
     sheets = dataclasses.replace(sheets, surface=Whitted(lamp(0.1), 0.3, 0.5))
@@ -492,7 +491,7 @@ def test_what_is_out_of_its_range_is_named_with_its_path_its_value_and_its_range
     [
         (-1, {}, r"^n_bounces = -1 is outside \[0, inf\)"),
         (1, {"max_nodes": 0}, r"^max_nodes = 0 is outside \[1, inf\)"),
-        (1, {"max_waiting": -1}, r"^max_waiting = -1 is outside \[0, inf\)"),
+        (1, {"max_waiting": -1}, r"^max_waiting = -1 is outside \[1, inf\)"),
         (1, {"min_weight": -0.1}, r"^min_weight = -0\.1 is outside \[0, inf\)"),
         (1, {"min_weight": math.nan}, r"^min_weight = nan is outside \[0, inf\)"),
     ],
