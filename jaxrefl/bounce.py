@@ -20,18 +20,19 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from .geometry import Hit, refract, spawn
-from .path import DEAD, Account, Branch, Budget, Features, Medium, Options, Walk
+from .path import Account, Branch, Budget, Features, Medium, Options, Walk
 from .search import Found, closest_hit, is_among, leaving
 from .series import Layers, State, bounce_step
 from .shade import Shading, any_of, batch, once, shade
 from .stage import Stage
 from .surface.protocol import Weights
 from .vec import Vec3, reflect
+from .waiting import DEAD, Waiting, pack, put, take, unpack
 
 
-def search(scene: Stage, options: Options, walk: Walk) -> Walk:
-    """Nearest hit of the current branch."""
-    return walk._replace(found=closest_hit(scene, walk.branch.ray, walk.branch.origin, options.remedy))
+def search(scene: Stage, options: Options, branch: Branch) -> Found:
+    """Nearest hit of a branch."""
+    return closest_hit(scene, branch.ray, branch.origin, options.remedy)
 
 
 def visit(
@@ -48,11 +49,12 @@ def visit(
     def gather(walk: Walk, hit: Hit, shading: Shading) -> tuple[Walk, Any, Any]:
         return _gather(scene, known, options, step, walk, hit, shading)
 
+    waiting, walk = walk.waiting, walk._replace(waiting=None)  # it is not copied where it does not change
     walk, layer, children = once(any_alive, batch(gather), walk, hit, shading)
-    if not known.is_tree:
-        return batch(_go_on)(walk, children[0]), layer
-    branching = any_of(children[1].strength >= 0) | any_of(walk.waiting.strength >= 0)
-    return lax.cond(branching, batch(_line_up), lambda walk, a, b: batch(_go_on)(walk, a), walk, *children), layer
+    if waiting is None:
+        return _go_on(walk, children[0]), layer
+    branching = any_of(children[1].strength >= 0) | any_of(waiting.strength >= 0)
+    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *children), layer
 
 
 def _gather(
@@ -161,36 +163,28 @@ def _choose(condition: Array, a: Any, b: Any) -> Any:
     return jax.tree.map(lambda x, y: jnp.where(condition, x, y), a, b)
 
 
-def _line_up(walk: Walk, a: Branch, b: Branch) -> Walk:
+def _line_up(walk: Walk, waiting: Waiting, a: Branch, b: Branch) -> Walk:
     """The stronger of two branches follows, the other waits; if neither exists, the strongest that waits follows.
 
-    The weight of a branch for which there is no room is truncated.
+    The weight of a branch for which there is no room is truncated. For a BATCH.
     """
-    waiting = walk.waiting
     first = a.strength >= b.strength
     following, other = _choose(first, a, b), _choose(first, b, a)
-    after = other.strength > waiting.strength  # slots behind the place of the new one
-    here = after & ~jnp.concatenate([jnp.zeros_like(after[:1]), after[:-1]])
-
-    def insert(x: Array, slots: Array) -> Array:
-        shape = after.shape + (1,) * (slots.ndim - 1)
-        behind = jnp.concatenate([slots[:1], slots[:-1]])
-        return jnp.where(here.reshape(shape), x, jnp.where(after.reshape(shape), behind, slots))
-
-    lined_up = jax.tree.map(insert, other, waiting)
-    last = jax.tree.map(lambda x: x[-1], waiting)
-    dropped = _choose(after[-1], last, other)
-    no_room = jnp.where(dropped.strength >= 0, dropped.beta, 0.0)
-    done = following.strength < 0
-    head = jax.tree.map(lambda x: x[0], lined_up)
-    tail = jax.tree.map(lambda x: jnp.concatenate([x[1:], x[-1:]]), lined_up)
-    tail = tail._replace(strength=tail.strength.at[-1].set(DEAD))
+    done = following.strength < 0  # and then the other one is dead, too: of taking and putting one happens
+    strongest, record, waiting = take(waiting, done)
+    head = unpack(other, record)._replace(strength=strongest)
+    waiting, strength, dropped = put(waiting, other.strength, pack(other))
     account = walk.account
     if account is not None:
+        no_room = jnp.where(strength >= 0, unpack(other, dropped).beta, 0.0)
         budget = account.budget
         account = account._replace(budget=budget._replace(truncated=budget.truncated + no_room))
-    walk = walk._replace(waiting=_choose(done, tail, lined_up), account=account)
-    return _go_on(walk, _choose(done, head, following))
+    return _go_on(walk._replace(waiting=waiting, account=account), _choose(done, head, following))
+
+
+def _line_of_one(walk: Walk, waiting: Waiting, a: Branch, _: Branch) -> Walk:
+    """Nothing is refracted and nothing waits."""
+    return _go_on(walk._replace(waiting=waiting), a)
 
 
 def _event(found: Found, hit: Hit, shading: Shading) -> Array:

@@ -11,10 +11,11 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Float
 
 from .geometry import Ray
-from .params import param
+from .params import is_concrete, param
 from .vec import Vec3, cross, normalize
 
 
@@ -23,6 +24,23 @@ def basis(position: Vec3, target: Vec3, up: Vec3) -> tuple[Vec3, Vec3, Vec3]:
     forward = normalize(target - position)
     right = normalize(cross(forward, up))
     return right, cross(right, forward), forward
+
+
+def check(camera: Any) -> None:
+    """Raise `ValueError` for a camera that looks at its own place, or along its ``up``: its picture has no sides."""
+    places = [getattr(camera, name, None) for name in ("position", "target", "up")]
+    if any(place is None for place in places) or not all(map(is_concrete, jax.tree.leaves(places))):
+        return
+    rows = [p.to_array() if isinstance(p, Vec3) else p for p in places]
+    position, target, up = (np.asarray(row, np.float64) for row in rows)
+    view = target - position
+    if not np.any(view):
+        raise ValueError(
+            f"camera.target = {target.tolist()} is the position of the camera; it needs a direction of view"
+        )
+    sine = np.linalg.norm(np.cross(view, up))
+    if sine <= 1e-7 * np.linalg.norm(view) * np.linalg.norm(up):
+        raise ValueError(f"camera.up = {up.tolist()} is parallel to the view {view.tolist()}; it must not be")
 
 
 @jax.tree_util.register_dataclass

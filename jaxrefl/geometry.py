@@ -169,8 +169,8 @@ class Sphere:
         foot = oc - ray.direction * b
         h2 = self.radius * self.radius - dot(foot, foot)
         low, high = t_min + b, distance + b
-        inner = (low * low < h2) & (high > 0) & (high * high > h2)  # it starts inside and leaves before the distance
-        return inner | ((low < 0) & (low * low >= h2) & (h2 > 0) & ((high > 0) | (high * high < h2)))
+        starts_inside, ends_inside = low * low < h2, high * high < h2
+        return (starts_inside ^ ends_inside) | (~starts_inside & (low < 0) & (high > 0) & (h2 > 0))
 
     def point(self, ray: Ray, own: Flag, far: Flag, here: Flag) -> Point:
         """Point of the chosen root, with derivatives (at grazing, where the true one is infinite, finite)."""

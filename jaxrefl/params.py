@@ -148,8 +148,12 @@ def validate(tree: Any, path: str = "") -> None:
         for field in dataclasses.fields(tree):
             value, name = getattr(tree, field.name), f"{path}.{field.name}".lstrip(".")
             if field.name in declared:
-                require(name, value, declared[field.name].interval)
-                if is_concrete(value) and not declared[field.name].spectral and np.ndim(value) > 0:
+                if value is None and declared[field.name].default is None:
+                    continue
+                for x in jax.tree.leaves(value) if declared[field.name].vector else [value]:
+                    require(name, x, declared[field.name].interval)
+                scalar = not (declared[field.name].spectral or declared[field.name].vector)
+                if is_concrete(value) and scalar and np.ndim(value) > 0:
                     raise ValueError(f"{name} has shape {np.shape(value)}; it is a scalar")
             else:
                 validate(value, name)

@@ -14,8 +14,7 @@ from .shade import legal_hit
 from .stage import Stage
 from .surface.protocol import Weights, is_absent
 from .texture import resolve
-
-DEAD = -1.0  # strength of a branch that does not exist
+from .waiting import Waiting
 
 
 class Budget(NamedTuple):
@@ -100,8 +99,8 @@ class Walk(NamedTuple):
     radiance: Array
     branch: Branch
     found: Found
-    waiting: Any
-    """Branch of leading axis K, strongest first; None in a chain."""
+    waiting: Waiting | None
+    """Branches that wait; None in a chain."""
     account: Account | None
 
 
@@ -139,7 +138,7 @@ def features(scene: Stage) -> Features:
     return Features(jnp.broadcast_shapes(*shapes)[0], absorbs, *present)
 
 
-def start(ray: Ray, known: Features, waiting: int, account: bool) -> Walk:
+def start(ray: Ray, known: Features, account: bool) -> Walk:
     """Nothing gathered, weight 1; made from the ray, so that it is mapped and sharded as the ray is."""
     zero = 0.0 * ray.direction.x
     none, count = jnp.zeros((known.channels,), zero.dtype) + zero, jnp.zeros_like(zero, jnp.int32)
@@ -147,6 +146,4 @@ def start(ray: Ray, known: Features, waiting: int, account: bool) -> Walk:
     medium = Medium(zero + 1 if tree else None, none if tree and absorbs else None, none if absorbs else None)
     branch = Branch(ray, elsewhere(zero), none + 1, count if tree else None, medium, zero + 1)
     kept = Account(Budget(none, none, none, none), count, count, count.astype(jnp.uint32)) if account else None
-    slot = branch._replace(strength=zero + DEAD)
-    slots = jax.tree.map(lambda x: jnp.broadcast_to(x, (waiting, *x.shape)), slot) if tree else None
-    return Walk(none, branch, Found(zero, count), slots, kept)
+    return Walk(none, branch, Found(zero, count), None, kept)

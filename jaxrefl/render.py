@@ -19,6 +19,7 @@ from jax import Array, lax
 from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Float
 
+from . import camera as cameras
 from . import d3d9
 from .geometry import SKIP, Ray, Remedy
 from .params import Interval, require
@@ -29,6 +30,7 @@ from .trace import Trace, check_loop, trace_batch
 
 ALPHAS = ("premultiplied", "printed")
 TILE = 4096  # rays
+STRIP = 32  # rows, about
 BANDS = 64  # largest number of progress reports per pass
 
 
@@ -81,6 +83,9 @@ class Plan(NamedTuple):
     height: int
     n_bounces: int
     spp: int
+    rows: int
+    """Rows of a strip; pixels are numbered strip by strip and in it column by column, so that a tile is a compact patch
+    whose rays die together."""
     tile: int
     tiles: int
     max_nodes: int | None
@@ -88,13 +93,23 @@ class Plan(NamedTuple):
     account: bool
 
 
+def plan_of(width: int, height: int, **settings: Any) -> Plan:
+    """Plan with strips, and tiles, of equal size."""
+    strips = math.ceil(height / STRIP)
+    rows = math.ceil(height / strips)
+    pixels = strips * rows * width
+    tiles = math.ceil(pixels / TILE)
+    return Plan(width, height, rows=rows, tile=math.ceil(pixels / tiles), tiles=tiles, **settings)
+
+
 def _tile(scene: Any, camera: Any, options: Options, plan: Plan, seed: Any, tile: Array, sample: Array) -> Trace:
     """One sample of each pixel of one tile."""
     number = tile * plan.tile + jnp.arange(plan.tile, dtype=jnp.int32)
-    number = jnp.minimum(number, plan.width * plan.height - 1)  # the last tile repeats its last pixel
 
     def ray(number: Array) -> Ray:
-        column, row = number % plan.width, number // plan.width
+        strip, place = number // (plan.rows * plan.width), number % (plan.rows * plan.width)
+        column, row = place // plan.rows, strip * plan.rows + place % plan.rows
+        row = jnp.minimum(row, plan.height - 1)  # what is too much repeats the last row
         dx = dy = 0.5
         if plan.spp > 1:
             dx, dy = sample_position(seed, column, row, sample)  # type: ignore[assignment]
@@ -167,11 +182,12 @@ def _sharded(
 
 def _image(trace: Trace, plan: Plan) -> Image:
     """Picture of the tiles of a finished render."""
-    pixels = plan.width * plan.height
+    strips = math.ceil(plan.height / plan.rows)
 
     def shape(x: Array) -> Array:
-        flat = x.reshape(-1, *x.shape[2:])[:pixels]
-        return flat.reshape(plan.height, plan.width, *x.shape[2:])
+        flat = x.reshape(-1, *x.shape[2:])[: strips * plan.rows * plan.width]
+        columns = flat.reshape(strips, plan.width, plan.rows, *x.shape[2:])
+        return jnp.swapaxes(columns, 1, 2).reshape(-1, plan.width, *x.shape[2:])[: plan.height]
 
     mean = jax.tree.map(lambda x: x / plan.spp, (trace.radiance, trace.alpha))
     radiance, alpha = (shape(x) for x in mean)
@@ -235,9 +251,10 @@ def render(
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
     check(scene)
     check_model(camera, "camera")
-    tiles = math.ceil(width * height / TILE)
-    tile = math.ceil(width * height / tiles)
-    plan = Plan(width, height, n_bounces, spp, tile, tiles, max_nodes, max_waiting, account)
+    cameras.check(camera)
+    plan = plan_of(
+        width, height, n_bounces=n_bounces, spp=spp, max_nodes=max_nodes, max_waiting=max_waiting, account=account
+    )
     options = Options(remedy, min_weight, n_bounces)
     samples = jnp.arange(spp, dtype=jnp.int32)
     if progress is not None:
@@ -245,12 +262,14 @@ def render(
     elif devices is not None:
         traced = _sharded(scene, camera, options, seed, samples, plan, tuple(devices))
     else:
-        traced = _band(scene, camera, options, seed, jnp.int32(0), samples, plan, tiles)
+        traced = _band(scene, camera, options, seed, jnp.int32(0), samples, plan, plan.tiles)
     image = _image(traced, plan)
     if alpha == "premultiplied":
         return image
     local = plan._replace(n_bounces=0)
-    first = _image(_band(scene, camera, options._replace(n_bounces=0), seed, jnp.int32(0), samples, local, tiles), plan)
+    first = _image(
+        _band(scene, camera, options._replace(n_bounces=0), seed, jnp.int32(0), samples, local, plan.tiles), plan
+    )
     coverage = _image(traced._replace(alpha=traced.coverage), plan).alpha
     r_tot = jnp.maximum(image.radiance - first.radiance, 0.0)
     return image._replace(alpha=jax.vmap(jax.vmap(d3d9.alpha_printed))(coverage, r_tot))
@@ -261,15 +280,15 @@ def _in_bands(
 ) -> Trace:
     """All tiles and samples in a Python loop: passes of one sample, bands of equal numbers of tiles."""
     count = math.ceil(plan.tiles / BANDS)
-    total, done, rays, result = plan.width * plan.height * plan.spp, 0, 0, None
+    pixels, rays, result = plan.width * plan.height, 0, None
     for sample in range(plan.spp):
         bands = []
         for first in range(0, plan.tiles, count):
             band = _band(scene, camera, options, seed, jnp.int32(first), jnp.arange(sample, sample + 1), plan, count)
             bands.append(jax.tree.map(np.asarray, band))
-            done += min(count * plan.tile, plan.width * plan.height - first * plan.tile)
+            done = min((first + count) * plan.tile, pixels)
             rays += 0 if band.account is None else int(band.account.rays.sum())
-            report(min(done, total), total, rays)
+            report(sample * pixels + done, plan.spp * pixels, rays)
         whole = jax.tree.map(lambda *x: np.concatenate(x), *bands)
         result = whole if result is None else _sum(result, whole, False)
     assert result is not None

@@ -28,6 +28,7 @@ from .shade import any_of, batch, chart_at, hit_at, hit_on, models_at, shapes_at
 from .stage import Stage, stage
 from .surface import Weights
 from .vec import Vec3, reflect, where
+from .waiting import nobody, unpack
 
 
 class Terms(NamedTuple):
@@ -83,10 +84,13 @@ def trace_batch(
     steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
     waiting = max(1, min(max_waiting, 2 ** min(n_bounces, 10)))
     # the batch is the last axis, so that a colour is C rows of N: everything runs along N
-    begin = batch(functools.partial(start, known=known, waiting=waiting, account=account))
+    begin = batch(functools.partial(start, known=known, account=account))
     look = batch(functools.partial(search, scene, options))
     step = jax.checkpoint(functools.partial(visit, scene, known, options))
-    walk = look(begin(rays))
+    walk = begin(rays)
+    walk = walk._replace(found=look(walk.branch))
+    if known.is_tree:
+        walk = walk._replace(waiting=nobody(walk.branch, waiting))
     found = walk.found
     unlit = (jnp.zeros_like(walk.radiance),) * 4
 
@@ -96,7 +100,8 @@ def trace_batch(
     def body(walk: Walk, i: Array) -> tuple[Walk, Any]:
         alive = any_alive(walk)
         walk, layer = lax.cond(alive, step, lambda walk, *_: (walk, unlit), walk, i, alive)
-        return lax.cond(any_alive(walk), look, lambda walk: walk, walk), layer if terms else None
+        found = lax.cond(any_alive(walk), look, lambda branch: walk.found, walk.branch)
+        return walk._replace(found=found), layer if terms else None
 
     walk, layers = lax.scan(body, walk, jnp.arange(steps, dtype=jnp.int32))
     hit, coverage, alpha = batch(functools.partial(_first_hit, scene, known.channels))(rays, found)
@@ -119,7 +124,8 @@ def _settle(walk: Walk) -> Account | None:
         return None
     pending = jnp.where(walk.branch.strength >= 0, walk.branch.beta, 0.0)
     if walk.waiting is not None:
-        pending += jnp.sum(jnp.where(walk.waiting.strength[:, None] >= 0, walk.waiting.beta, 0.0), axis=0)
+        for strength, record in zip(*walk.waiting, strict=True):
+            pending += jnp.where(strength >= 0, unpack(walk.branch, record).beta, 0.0)
     budget = walk.account.budget
     return walk.account._replace(budget=Budget(*(x.T for x in budget._replace(truncated=budget.truncated + pending))))
 

@@ -16,7 +16,7 @@ FILES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("
 READING_ORDER = [
     *("params", "safe", "vec", "fresnel", "quadrature", "series", "d3d9", "brdf", "albedo"),
     *("geometry", "light", "texture", "surface", "scene", "stage", "camera"),
-    *("search", "shade", "path", "bounce", "trace", "render", "check"),
+    *("search", "shade", "waiting", "path", "bounce", "trace", "render", "check"),
     *("files", "image", "scene_file", "plot", "gallery", "cli_scene", "cli", "__main__"),
 ]
 

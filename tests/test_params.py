@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from jaxrefl import Vec3
 from jaxrefl.params import Interval, checked, defaults, floats, param, parameters, require, validate
 
 
@@ -23,6 +24,14 @@ class Glass:
 class Thing:
     surface: Any
     size: Any = param("(0, inf)", default=1.0)
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Lamp:
+    place: Any = param("(-inf, inf)", vector=True)
+    way: Any = param("(-inf, inf)", vector=True, nonzero=True, default=Vec3(0.0, 0.0, -1.0))
+    colour: Any = param("[0, inf)", spectral=True, default=None)
 
 
 @checked(a="[0, 1]", b="(0, inf)")
@@ -100,6 +109,22 @@ def test_parameters_are_listed_in_the_order_of_the_fields():
         ("eta", "(0, inf)", "", False, "relative index"),
         ("tint", "[0, 1]", "1/m", True, "colour"),
     ]
+
+
+def test_a_vector_and_an_absent_parameter_are_declared_like_numbers():
+    place, way, colour = parameters(Lamp)
+    assert (place.vector, place.nonzero, place.spectral, str(place.interval)) == (True, False, False, "(-inf, inf)")
+    assert (way.vector, way.nonzero) == (True, True)
+    assert (colour.vector, colour.nonzero, colour.spectral) == (False, False, True)
+    assert defaults(Lamp)["colour"] is None
+    assert defaults(Lamp)["way"].z == -1
+
+
+@pytest.mark.parametrize("colour", [0.5, None])
+def test_validate_passes_a_vector_and_an_absent_parameter(colour):
+    validate(Lamp(Vec3(0.0, 1.0, 2.0), colour=colour))
+    with pytest.raises(ValueError, match=r"place = inf is outside \(-inf, inf\)"):
+        validate(Lamp(Vec3(0.0, np.inf, 2.0), colour=colour))
 
 
 def test_parameters_of_an_instance_are_those_of_its_class():

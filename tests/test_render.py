@@ -302,3 +302,12 @@ def test_the_sky_goes_from_the_horizon_to_zenith_and_nadir_with_the_height_of_th
     up = Ray(vec([[0.0, 0.0, 9.0]]), vec([[0.0, 0.6, 0.8]]))
     out = quick_trace(Scene({"ball": ball(Phong())}, {}, sky), up, 0)
     np.testing.assert_allclose(out.radiance, [[0.9, 0.1]], rtol=1e-15)
+
+
+def test_a_camera_without_a_view_is_refused():
+    scene = Scene({"ball": ball(Phong(), 1.0, Vec3(0.0, 0.0, 0.0))})
+    with pytest.raises(ValueError, match=r"camera.target = \[0.0, 0.0, 5.0\] is the position of the camera"):
+        render(scene, Pinhole(Vec3(0.0, 0.0, 5.0), Vec3(0.0, 0.0, 5.0)), 4, 4, 0)
+    with pytest.raises(ValueError, match=r"camera.up = \[0.0, 0.0, 1.0\] is parallel to the view \[0.0, 0.0, -5.0\]"):
+        render(scene, Pinhole(Vec3(0.0, 0.0, 5.0)), 4, 4, 0)
+    render(scene, Pinhole(Vec3(0.0, 0.0, 5.0), up=Vec3(0.0, 1.0, 0.0)), 4, 4, 0)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxrefl.safe import safe_divide, safe_power, safe_sqrt
+from jaxrefl.safe import exp_log_power, safe_divide, safe_power, safe_sqrt
 
 DTYPES = [jnp.float32, jnp.float64]
 EXPONENTS = [0, 1, 2, 5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 5.0]
@@ -165,6 +165,37 @@ def test_power_zero_is_one_with_slope_zero_even_of_a_negative_number():
         assert all_zero(slopes)
 
 
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_the_fast_power_is_the_power_to_the_rounding_of_its_logarithm(dtype):
+    x, p = np.array(list(itertools.product([1e-6, 0.01, 0.3, 0.9, 0.999, 1.0], [0.0, 0.5, 1.0, 12.5, 1e3])), dtype).T
+    value, forward, backward = value_and_slopes(exp_log_power, x, p)
+    wide_x, wide_p = x.astype(np.float64), p.astype(np.float64)
+    exact, log_x = wide_x**wide_p, np.log(wide_x)
+    kept = exact > 1e3 * np.finfo(dtype).tiny
+    tolerance = 2 * (1 + wide_p * np.abs(log_x)) * np.finfo(dtype).eps
+    assert (np.abs(value / np.where(kept, exact, 1) - 1) <= tolerance)[kept].all()
+    assert (np.asarray(value)[~kept] <= 2e3 * np.finfo(dtype).tiny).all()
+    for by_x, by_p in (forward, backward):
+        for got, slope in ((by_x, wide_p * exact / wide_x), (by_p, exact * log_x)):
+            assert (np.abs(got - slope) <= 3 * tolerance * np.abs(slope) + np.finfo(dtype).tiny * 1e7).all()
+
+
+@pytest.mark.nan_debug
+def test_the_fast_power_holds_its_base_between_zero_and_one_with_the_slopes_of_the_inside():
+    x, p = jnp.array([0, -0.1, 0, 1, 1 + 1e-15, 1.5, 1e-320]), jnp.array([2.5, 2.5, 0, 2.5, 2.5, 2.5, 1.0])
+    value, forward, backward = value_and_slopes(exp_log_power, x, p)
+    assert value.tolist() == [0, 0, 1, 1, 1, 1, 0]
+    for by_x, by_p in (forward, backward):
+        assert by_x.tolist() == [0, 0, 0, 2.5, 2.5, 2.5, 0]
+        assert by_p.tolist() == [0] * 7
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_the_fast_power_and_its_slopes_are_finite_at_every_edge(dtype):
+    x, p = jnp.array(list(itertools.product(edges(dtype, 0.15).tolist(), map(float, EXPONENTS))), dtype).T
+    assert all_finite(value_and_slopes(exp_log_power, x, p))
+
+
 @pytest.mark.parametrize("p", [2, 2.0])
 def test_power_two_of_zero_has_second_derivative_two(p):
     assert jax.jit(jax.grad(jax.grad(lambda x: safe_power(x, p))))(0.0) == 2
@@ -181,8 +212,23 @@ def test_power_two_of_zero_has_second_derivative_two(p):
         lambda nan: safe_power(2.0, nan),
         lambda nan: safe_power(0.0, nan),
         lambda nan: safe_power(-1.0, nan),
+        lambda nan: exp_log_power(0.5, nan),
+        lambda nan: exp_log_power(nan, 2.0),
+        lambda nan: exp_log_power(0.0, nan),
     ],
-    ids=["sqrt", "numerator", "denominator", "base", "base_float", "exponent", "exponent_of_0", "exponent_of_negative"],
+    ids=[
+        "sqrt",
+        "numerator",
+        "denominator",
+        "base",
+        "base_float",
+        "exponent",
+        "exponent_of_0",
+        "exponent_of_negative",
+        "fast_exponent",
+        "fast_base",
+        "fast_exponent_of_0",
+    ],
 )
 def test_a_nan_that_comes_in_goes_out(value):
     assert jnp.isnan(value(jnp.nan))

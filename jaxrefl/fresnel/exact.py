@@ -94,7 +94,8 @@ def dielectric_sp(cos_theta_i: Real, eta: Real) -> tuple[Result, Result]:
     total = (_q_squared(mu, eta) <= 0) & (eta < 1)
     mu = jnp.where(total, 1.0, mu)  # a harmless angle, so that the branch not taken has a finite slope
     contrast, eta2, q2 = (eta - 1) * (eta + 1), eta * eta, _q_squared(mu, eta)
-    q = safe_sqrt(q2)
+    # reached at eta = 1 and grazing incidence alone, where the slope of q would leave the dtype
+    q = safe_sqrt(jnp.where(q2 < jnp.sqrt(jnp.finfo(q2.dtype).tiny), lax.stop_gradient(q2), q2))
     over_s, over_p = safe_divide(1.0, mu + q), safe_divide(1.0, eta2 * mu + q)
     r_s = contrast * over_s * over_s
     r_p = contrast * over_p * _brewster(mu, q2, eta2, eta < 0.7) * over_p
