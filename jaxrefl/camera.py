@@ -31,7 +31,7 @@ def check(camera: Any) -> None:
     places = [getattr(camera, name, None) for name in ("position", "target", "up")]
     if any(place is None for place in places) or not all(map(is_concrete, jax.tree.leaves(places))):
         return
-    rows = [p.to_array() if isinstance(p, Vec3) else p for p in places]
+    rows = [(p.x, p.y, p.z) if isinstance(p, Vec3) else p for p in places]  # inside jit too these are numbers
     position, target, up = (np.asarray(row, np.float64) for row in rows)
     view = target - position
     if not np.any(view):

@@ -26,6 +26,7 @@ from jaxrefl.vec import normalize
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 DTYPES = [np.float32, np.float64]
 N = 4000  # rays of a batch: one size, one compilation
+MANY = 20_000  # where a million are asked for
 
 
 @jax.tree_util.register_dataclass
@@ -73,10 +74,11 @@ def read(shown) -> Seen:
 
 
 def hits(shape, ray, probe=None, light=ORIGIN, remedy=SKIP) -> list[Seen]:
-    """Up to four hits of the path of each ray with one primitive; the batch is filled up to one size."""
+    """Up to four hits of the path of each ray with one primitive; the batch is filled up to a common size."""
     n, dtype = ray.origin.x.size, ray.origin.x.dtype
     probe = probe or (Probe() if isinstance(shape, Sphere) else MIRROR)
-    ray = jax.tree.map(lambda x: jnp.broadcast_to(x, (N,)) if n == 1 else jnp.resize(x, (N,)), ray)
+    size = max(n, N)
+    ray = jax.tree.map(lambda x: jnp.broadcast_to(x, (size,)) if n == 1 else jnp.resize(x, (size,)), ray)
     shape, probe, light = arrays((shape, probe, PointLight(light, ambient=0.0)), dtype)
     scene = Scene({"one": Object(shape, probe)}, {"lamp": light})
     terms = quick_trace(scene, ray, 3, max_nodes=4, min_weight=1e-9, remedy=remedy, account=False, terms=True).terms
@@ -226,14 +228,14 @@ LEVELS = {np.float32: (1.5, 1e1, 1e2, 1e3, 1e4, 1e5), np.float64: (1.5, 1e2, 1e4
 def from_afar(dtype, far):
     """A unit sphere, rays toward it, half of them grazing, and their offsets; far is the eye, or both of them are."""
     rng = np.random.default_rng(7)
-    offsets = np.where(rng.random(N) < 0.5, np.sqrt(rng.random(N)), 1 - 10 ** rng.uniform(-7, 0, N))
+    offsets = np.where(rng.random(MANY) < 0.5, np.sqrt(rng.random(MANY)), 1 - 10 ** rng.uniform(-7, 0, MANY))
     for away in (np.zeros(3), far * np.array([0.6, -0.48, 0.64])):
         center = away.astype(dtype)
         yield Sphere(vec(center), dtype(1)), center, toward_sphere(rng, far, offsets, dtype, away), offsets
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
-def test_no_ray_of_a_quarter_of_a_million_hits_again_the_sphere_that_it_leaves(dtype):
+def test_no_ray_of_a_million_hits_again_the_sphere_that_it_leaves(dtype):
     eps, rays = np.finfo(dtype).eps, 0
     for far in LEVELS[dtype]:
         error = 4 * eps * far
@@ -259,7 +261,7 @@ def test_no_ray_of_a_quarter_of_a_million_hits_again_the_sphere_that_it_leaves(d
                     assert chord_error(hit.t, offsets, eta)[entered].max() < 64 * eps * far
                 assert not (gone.entering & (gone.t > 0))[entered].any()  # what was totally reflected is still inside
                 rays += 4 * entered.sum()
-    assert rays > 2.5e5
+    assert rays > 1e6
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
