@@ -1,22 +1,42 @@
-"""Albedos: integrals of a reflection model over the hemisphere."""
+r"""Albedos: integrals of a reflection model over the hemisphere, each with its error.
+
+    hemispherical-directional     rho(wo) = int f(wi, wo) |cos theta_i| dwi + delta parts      ``fixed="view"``
+    directional-hemispherical     rho(wi) = int f(wi, wo) |cos theta_o| dwo + delta parts      ``fixed="light"``
+    bihemispherical               2 int_0^1 rho(mu) mu dmu
+
+The first is the radiance seen in a uniform environment of radiance 1, the second what becomes of a beam; they are equal
+where the model is reciprocal. Value and error come from two nested rules (`jaxrefl.chart`): the error is the difference
+of the two plus what rounding can do, so that it bounds the error of the coarser rule and by far that of the finer. What
+no rule can know is a lobe narrower than its nodes are apart, away from the places where models have theirs (the mirror
+and the retro direction, the normal, the horizon, the kinks that a model names).
+"""
 
 from __future__ import annotations
 
-from jax import Array
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
 from .brdf.protocol import BRDF
-from .params import checked
-from .quadrature import HemisphereRule, integrate
+from .chart import AlbedoRule, albedo_rule, direction
+from .params import Interval, checked, require
+from .quadrature import Estimate, HemisphereRule, accurate_sum, double_exponential, integrate
 from .vec import Vec3
+
+PARTS = ("reflected", "transmitted", "both")
+FIXED = ("view", "light")
+_ROUNDING = 16.0  # of every term, in units of eps
 
 
 @checked(cos_theta_o="[0, 1]")
 def hemispherical_directional_albedo(
     brdf: BRDF, cos_theta_o: Float[ArrayLike, ""], rule: HemisphereRule
 ) -> Float[Array, "*C"]:
-    """Hemispherical-directional albedo rho_hd(wo) = int f(wi, wo) cos theta_i dwi.
+    """Smooth part of rho_hd(wo) by any rule on the hemisphere: the definition, without an error.
 
     Args:
         brdf: reflection model, f(wi, wo) in 1/sr.
@@ -31,3 +51,123 @@ def hemispherical_directional_albedo(
     """
     wo = Vec3.from_spherical(cos_theta_o, 0.0)
     return integrate(lambda wi: brdf(wi, wo) * wi.z, rule)
+
+
+def chart_of(brdf: Any) -> str:
+    """Chart that suits a model: what its attribute ``chart`` says, "normal" otherwise."""
+    return str(getattr(brdf, "chart", "normal"))
+
+
+def kinks_of(brdf: Any, dtype: Any = None) -> Float[Array, " k"]:
+    """Cosines of theta_i at which a model has a kink: its method ``kinks()``, none otherwise."""
+    found = brdf.kinks() if hasattr(brdf, "kinks") else ()
+    return jnp.stack([jnp.asarray(x, dtype or float) for x in found]) if found else jnp.zeros(0, dtype or float)
+
+
+def rule_for(brdf: Any, level: int = 3, dtype: Any = None, chart: str | None = None) -> AlbedoRule:
+    """Rule that suits a model, by its own declaration."""
+    return albedo_rule(chart or chart_of(brdf), level, kinks_of(brdf).shape[0], dtype)
+
+
+def check_arguments(part: str, fixed: str, cos_theta: Any, brdf: Any = None, rule: AlbedoRule | None = None) -> None:
+    """Raise `ValueError` for an argument out of its range, or a rule made for another number of kinks."""
+    if part not in PARTS:
+        raise ValueError(f"part = {part!r} must be one of {', '.join(PARTS)}")
+    if fixed not in FIXED:
+        raise ValueError(f"fixed = {fixed!r} must be one of {', '.join(FIXED)}")
+    require("cos_theta_o", cos_theta, Interval.parse("[0, 1]"))
+    if rule is not None and rule.chart == "normal":
+        panels, kinks = rule.kinks, kinks_of(brdf).shape[0]
+        if panels != kinks:
+            raise ValueError(f"rule has panels for {panels} kinks, the model has {kinks}; take rule_for(brdf)")
+
+
+def delta_parts(brdf: Any, cos_theta: Array, part: str) -> Any:
+    """Delta parts at an angle."""
+    names = {"reflected": ("mirror",), "transmitted": ("through",), "both": ("mirror", "through")}[part]
+    return sum(getattr(brdf, name)(cos_theta) for name in names if hasattr(brdf, name))
+
+
+def sums(
+    brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str
+) -> tuple[Array, Array, Array]:
+    """Sums of the finer and of the coarser rule, and of the magnitudes."""
+    kinks = kinks_of(brdf, cos_theta.dtype)
+    sine = jnp.sqrt(jnp.maximum((1 - cos_theta) * (1 + cos_theta), 0.0))
+    here = Vec3(sine * jnp.cos(phi), sine * jnp.sin(phi), cos_theta)
+    c, s = jnp.cos(phi), jnp.sin(phi)
+    sides = {"reflected": (1,), "transmitted": (-1,), "both": (1, -1)}[part]
+
+    def term(node: AlbedoRule) -> Array:
+        w, solid_angle = direction(node, cos_theta, kinks)
+        x, y = w.x * c - w.y * s, w.x * s + w.y * c
+
+        def value(side: int) -> Array:
+            there = Vec3(x, y, side * w.z)
+            return brdf(there, here) if fixed == "view" else brdf(here, there)
+
+        return sum(value(side) for side in sides) * (w.z * solid_angle)
+
+    terms = jax.vmap(term)(rule)
+    shape = (-1,) + (1,) * (terms.ndim - 1)
+    fine, coarse = (weight.reshape(shape) * terms for weight in (rule.weight, rule.coarse))
+    return accurate_sum(fine), accurate_sum(coarse), jnp.sum(jnp.abs(fine), axis=0)
+
+
+def rounding(dtype: Any) -> float:
+    """Bound on the rounding of a sum, relative to the sum of the magnitudes of its terms."""
+    return _ROUNDING * float(jnp.finfo(dtype).eps)
+
+
+def _estimate(fine: Any, coarse: Any, magnitude: Any, delta: Any) -> Estimate:
+    return Estimate(fine + delta, abs(fine - coarse) + rounding(fine.dtype) * (magnitude + abs(delta)))
+
+
+def directional_albedo(
+    brdf: BRDF,
+    cos_theta_o: Float[ArrayLike, ""],
+    rule: AlbedoRule,
+    *,
+    part: str = "reflected",
+    fixed: str = "view",
+    phi_o: Float[ArrayLike, ""] = 0.0,
+) -> Estimate:
+    """Directional albedo with its error, delta parts (``mirror``, ``through``) included.
+
+    Args:
+        brdf: reflection model, f(wi, wo) in 1/sr; the angle at which it is seen or lit:
+        cos_theta_o: cosine of the fixed direction, [0, 1].
+        rule: from `rule_for` or `jaxrefl.chart.albedo_rule`; its dtype rules.
+        part: "reflected", "transmitted" (wi below the surface) or "both".
+        fixed: which direction is held: the "view" (hemispherical-directional) or the "light"
+            (directional-hemispherical).
+        phi_o: azimuth of the fixed direction from the tangent, radians; of no effect for an isotropic model.
+
+    Returns:
+        Estimate(value, error), each (C,) or scalar.
+
+    Raises:
+        ValueError: an argument out of its range, or a rule made for another number of kinks.
+
+    Pure: to be jitted, mapped and differentiated, in the model's parameters and, inside (0, 1), in cos_theta_o.
+    """
+    check_arguments(part, fixed, cos_theta_o, brdf, rule)
+    cos_theta, phi = (jnp.asarray(x, rule.weight.dtype) for x in (cos_theta_o, phi_o))
+    fine, coarse, magnitude = sums(brdf, cos_theta, phi, rule, part, fixed)
+    return _estimate(fine, coarse, magnitude, delta_parts(brdf, cos_theta, part))
+
+
+def bihemispherical_albedo(brdf: BRDF, rule: AlbedoRule, *, part: str = "reflected", phi_o: float = 0.0) -> Estimate:
+    """Bihemispherical albedo 2 int rho(mu) mu dmu with its error: a double exponential rule over `directional_albedo`.
+
+    Args as there. Of an anisotropic model it is the one of the azimuth phi_o.
+    """
+    check_arguments(part, "view", 0.5, brdf, rule)
+    mu, _, weight, coarse = double_exponential(rule.level, rule.weight.dtype)
+    inner = lax.map(lambda mu: directional_albedo(brdf, mu, rule, part=part, phi_o=phi_o), mu)
+    shape = (-1,) + (1,) * (inner.value.ndim - 1)
+    fine, rough = ((2 * mu * w).reshape(shape) for w in (weight, coarse))
+    whole = _estimate(
+        accurate_sum(fine * inner.value), accurate_sum(rough * inner.value), jnp.sum(fine * abs(inner.value), 0), 0.0
+    )
+    return Estimate(whole.value, whole.error + jnp.sum(fine * inner.error, 0))

@@ -7,13 +7,15 @@ A rule is data (two arrays), built on the host in float64 and cast to the dtype 
 * `cosine_rule`, `uniform_cosine_rule`, `uniform_theta_rule`: averages over cos theta with the density 2 mu dmu, dmu,
 dtheta.
 * `gauss_legendre`, `midpoint`, `trapezoid`, `simpson`: an interval.
-* `monte_carlo`: uniform random directions, with the standard error of the estimate.
+* `double_exponential`: (0, 1), for any behaviour at the ends, nested; the hemisphere by it is `jaxrefl.chart`.
+* `monte_carlo`, `quasi_monte_carlo`: random and well spread directions, with the standard error of the estimate.
 """
 
 from __future__ import annotations
 
 import decimal
 import functools
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -41,8 +43,19 @@ class HemisphereRule(NamedTuple):
     weight: Array
 
 
+class NestedRule(NamedTuple):
+    """Nodes in (0, 1) and the weights (n,) of two rules on them."""
+
+    node: Array
+    rest: Array
+    """1 - node, to full relative accuracy."""
+    weight: Array
+    coarse: Array
+    """Weights of the coarser rule, which has every other node; 0 at the others."""
+
+
 class Estimate(NamedTuple):
-    """Value of an integral and its error: a standard error (1 sigma) for Monte Carlo."""
+    """Value of an integral and its error: a bound for a nested rule, a standard error (1 sigma) for Monte Carlo."""
 
     value: Array
     error: Array
@@ -112,6 +125,25 @@ def simpson(n: int, a: float = 0.0, b: float = 1.0, dtype: Any = None) -> Rule:
     weight = np.where(np.arange(n + 1) % 2, 4.0, 2.0) * (b - a) / (3 * n)
     weight[[0, -1]] *= 0.5
     return _rule(np.linspace(a, b, n + 1), weight, dtype)
+
+
+def double_exponential_nodes(level: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Columns of `double_exponential` in float64, on the host."""
+    step = 2.0 ** -_positive("level", level, 0)
+    reach = math.floor(3.15 / step)  # the outermost node is 1e-16 from the end
+    k = np.arange(-reach, reach + 1)
+    node, rest = (1 / (1 + np.exp(sign * np.pi * np.sinh(k * step))) for sign in (-1, 1))
+    weight = step * np.pi * np.cosh(k * step) * node * rest
+    return node, rest, weight, np.where(k % 2 == 0, 2 * weight, 0.0)
+
+
+def double_exponential(level: int, dtype: Any = None) -> NestedRule:
+    """Tanh-sinh rule on (0, 1) with step 2^-level, and with twice the step on every other node.
+
+    The nodes crowd exponentially at both ends: it converges exponentially for any integrand that is analytic inside,
+    whatever power or logarithm it has at an end. Source: Takahasi and Mori 1974.
+    """
+    return NestedRule(*(jnp.asarray(column, dtype or float) for column in double_exponential_nodes(level)))
 
 
 def cosine_rule(n: int, dtype: Any = None) -> Rule:
@@ -204,6 +236,23 @@ def monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int) -> Estimate:
     wi = Vec3.from_spherical(u[0], 2 * jnp.pi * u[1])
     values = 2 * jnp.pi * jax.vmap(f)(wi)
     return Estimate(values.mean(axis=0), safe_sqrt(values.var(axis=0, ddof=1) / n))
+
+
+def quasi_monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int, shifts: int = 16) -> Estimate:
+    """Integral of f over the hemisphere from n directions spread evenly, in ``shifts`` randomly displaced copies.
+
+    The points are multiples of (1/g, 1/g^2), g^3 = g + 1, modulo 1, each copy displaced at random, which makes the
+    mean unbiased and its standard error known. Arguments as for `monte_carlo`; n is rounded down to a multiple of
+    ``shifts``.
+    """
+    each = _positive("n", n, _positive("shifts", shifts, 2)) // shifts
+    g = 1.324717957244746
+    lattice = jnp.asarray(np.outer([1 / g, 1 / g**2], np.arange(each)) % 1, float)
+    u = (lattice[:, None] + jax.random.uniform(key, (2, shifts, 1))) % 1
+    wi = Vec3.from_spherical(u[0].ravel(), 2 * jnp.pi * u[1].ravel())
+    values = 2 * jnp.pi * jax.vmap(f)(wi)
+    means = values.reshape(shifts, each, *values.shape[1:]).mean(axis=1)
+    return Estimate(means.mean(axis=0), safe_sqrt(means.var(axis=0, ddof=1) / shifts))
 
 
 def cosine_integral(rule: HemisphereRule | None = None) -> Float[Array, ""]:

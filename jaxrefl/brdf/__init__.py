@@ -4,5 +4,20 @@ A model is a frozen dataclass with fields made by `jaxrefl.params.param`, regist
 ``__call__(wi, wo) -> (C,)``. There is no base class: a user's own model is a few lines in the user's own file.
 """
 
+from .coat import CoatedLambert as CoatedLambert
+from .coat import Slab as Slab
+from .combine import Mix as Mix
+from .combine import Scaled as Scaled
+from .d3d9 import D3D9 as D3D9
+from .d3d9 import D3D9Repaired as D3D9Repaired
+from .diffuse import EON as EON
+from .diffuse import AshikhminShirleyDiffuse as AshikhminShirleyDiffuse
+from .diffuse import Burley as Burley
+from .diffuse import OrenNayar as OrenNayar
 from .lambert import Lambert as Lambert
+from .phong import BlinnPhong as BlinnPhong
+from .phong import LiteralPhong as LiteralPhong
+from .phong import ModifiedPhong as ModifiedPhong
+from .planetary import LommelSeeliger as LommelSeeliger
+from .planetary import Minnaert as Minnaert
 from .protocol import BRDF as BRDF

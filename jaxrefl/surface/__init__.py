@@ -13,6 +13,7 @@ A surface is a frozen dataclass with fields made by `jaxrefl.params.param`, regi
 in the user's own file. Any colour parameter may be a texture.
 """
 
+from .brdf import BRDFSurface as BRDFSurface
 from .d3d9 import D3D9 as D3D9
 from .fresnel import Coat as Coat
 from .fresnel import Conductor as Conductor

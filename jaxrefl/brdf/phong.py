@@ -1,0 +1,88 @@
+"""Phong's lobe and Blinn's: as JHU and OpenGL have them, and as reflection models."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float
+
+from ..params import floats, param
+from ..safe import safe_divide, safe_power
+from ..vec import Vec3
+from .common import above, cos_half, cos_mirror, held
+
+HIGHLIGHTS = ("mirror", "half_vector")
+
+
+def lobe(cosine: Array, shininess: Array) -> Float[Array, ""]:
+    """max(0, cos)^n, 0 behind the lobe for n = 0 too."""
+    return jnp.where(cosine > 0, safe_power(held(cosine), shininess), 0.0)
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class ModifiedPhong:
+    """Modified Phong f = k_s (n + 2) / (2 pi) max(0, R . V)^n.
+
+    Reciprocal. The albedo is k_s at normal incidence, k_s cos theta for n -> inf, and never above k_s.
+    Source: Lafortune and Willems 1994; Arvo 1995 for the albedo.
+    """
+
+    chart = "mirror"
+    k_s: Any = param("[0, 1]", spectral=True, default=1.0, doc="albedo at normal incidence")
+    shininess: Any = param("[0, inf)", default=10.0, doc="exponent n")
+
+    def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
+        k_s, n = floats(self.k_s, self.shininess)
+        return above(wi, wo, k_s * ((n + 2) / (2 * jnp.pi) * lobe(cos_mirror(wi, wo), n)))
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class BlinnPhong:
+    """Blinn-Phong f = k_s (n + 2)(n + 4) / (8 pi (2^(-n/2) + n)) (N . H)^n, whose albedo at normal incidence is k_s.
+
+    Reciprocal; the albedo falls with the angle. Of the factors in circulation (n + 8) / (8 pi) is an approximation of
+    this one and (n + 2) / (2 pi) belongs to a distribution of normals. Source: Giesen 2009.
+    """
+
+    chart = "half"
+    k_s: Any = param("[0, 1]", spectral=True, default=1.0, doc="albedo at normal incidence")
+    shininess: Any = param("[0, inf)", default=10.0, doc="exponent n")
+
+    def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
+        k_s, n = floats(self.k_s, self.shininess)
+        scale = (n + 2) * (n + 4) / (8 * jnp.pi * (jnp.exp2(-0.5 * n) + n))
+        return above(wi, wo, k_s * (scale * lobe(cos_half(wi, wo), n)))
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class LiteralPhong:
+    """What JHU and OpenGL display, as an effective BRDF: k_d / pi + k_s lobe / (pi cos theta_i).
+
+    The light of intensity I gives the irradiance pi I cos theta_i, so that white Lambert shows I. ``highlight`` is
+    "mirror", (R . V)^n (Phong 1975), or "half_vector", (N . H)^n (OpenGL). The highlight has no cosine: f diverges at
+    grazing light, f(wi, wo) / f(wo, wi) = cos theta_o / cos theta_i, and the flux ratio of a beam exceeds 1.
+    Source: JHU, "Local Illumination Equation".
+    """
+
+    k_d: Any = param("[0, inf)", spectral=True, default=0.0, doc="diffuse coefficient")
+    k_s: Any = param("[0, inf)", spectral=True, default=1.0, doc="specular coefficient")
+    shininess: Any = param("[0, inf)", default=10.0, doc="exponent n")
+    highlight: str = dataclasses.field(default="mirror", metadata={"static": True, "choices": HIGHLIGHTS})
+
+    @property
+    def chart(self) -> str:
+        """Where the lobe is."""
+        return "mirror" if self.highlight == "mirror" else "half"
+
+    def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
+        k_d, k_s, n = floats(self.k_d, self.k_s, self.shininess)
+        cosine = cos_mirror if self.highlight == "mirror" else cos_half
+        highlight = safe_divide(lobe(cosine(wi, wo), n), wi.z)
+        return above(wi, wo, (k_d + k_s * highlight) / jnp.pi)
