@@ -1,7 +1,5 @@
 """One picture and its derivative with respect to six parameters, each checked check by differences."""
 
-import dataclasses
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +8,7 @@ from jaxrefl import plot
 from jaxrefl.camera import Pinhole
 from jaxrefl.geometry import Plane, Sphere
 from jaxrefl.light import Ambient, PointLight
-from jaxrefl.params import param
+from jaxrefl.params import param, pytree
 from jaxrefl.render import render
 from jaxrefl.scene import Object, Scene, Sky
 from jaxrefl.surface import Phong, Whitted
@@ -27,8 +25,7 @@ START = np.array([1.0, 0.6, 40.0, 0.6, 1.5, 0.8])
 STEPS = START * [1e-5, 1e-5, 1e-5, 1e-5, 4e-8, 4e-8]
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Waves:
     """Colour that varies smoothly over the plane, with no edges in which nothing could be differentiated."""
 

@@ -1,9 +1,7 @@
 """Self-shadowing: the acne of float32, and the remedies of the JHU lecture, near the origin and far from it."""
 
-import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -11,7 +9,7 @@ from jaxrefl import Vec3, plot
 from jaxrefl.camera import Pinhole
 from jaxrefl.geometry import SKIP, Plane, Sphere, no_remedy, nudge, offset, tolerance
 from jaxrefl.light import Ambient, Directional
-from jaxrefl.params import param
+from jaxrefl.params import param, pytree
 from jaxrefl.render import render
 from jaxrefl.scene import Object, Scene, Sky
 from jaxrefl.surface import Dielectric, Phong, Whitted
@@ -27,8 +25,7 @@ SIZE = (11.6, 3.8)
 PLACES = (0.0, 2e4)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Ball(Sphere):
     """Sphere that a ray which leaves it never meets again, if ``left_out`` is 1: not from the inside either."""
 

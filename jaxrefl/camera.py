@@ -6,7 +6,6 @@ parameter is a leaf of the pytree: a picture can be differentiated in the positi
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import jax
@@ -15,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .geometry import Ray
-from .params import is_concrete, param
+from .params import is_concrete, param, pytree
 from .vec import Vec3, cross, normalize
 
 
@@ -43,8 +42,7 @@ def check(camera: Any) -> None:
         raise ValueError(f"camera.up = {up.tolist()} is parallel to the view {view.tolist()}; it must not be")
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Pinhole:
     """Perspective camera."""
 
@@ -61,8 +59,7 @@ class Pinhole:
         return Ray(self.position + direction * 0.0, direction)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Orthographic:
     """Camera with parallel rays, an infinite viewer: V is the same everywhere."""
 

@@ -15,7 +15,7 @@ from jax import Array
 from .albedo import chart_of, check_arguments, delta_parts, rounding, rule_for, sums
 from .brdf.protocol import BRDF
 from .chart import LEVELS, AlbedoRule
-from .params import Interval, require
+from .params import Interval, foreign_classes, require
 
 _CHUNK = 8192  # nodes handed over at a time: one size, one compilation per model and chart
 _FIRST = 2  # level to begin with
@@ -40,8 +40,10 @@ class Certified(NamedTuple):
     """Evaluations of the model, of all rules together."""
 
 
-@functools.partial(jax.jit, static_argnames=("part", "fixed"))
-def _partial_sums(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str) -> Any:
+@functools.partial(jax.jit, static_argnames=("part", "fixed", "classes"))
+def _partial_sums(
+    brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str, classes: Any
+) -> Any:
     return sums(brdf, cos_theta, phi, rule, part, fixed)
 
 
@@ -53,10 +55,10 @@ def _whole(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str,
     filled = dataclasses.replace(
         filled, weight=np.where(weightless, 0, filled.weight), coarse=np.where(weightless, 0, filled.coarse), level=0
     )
-    parts = []
+    parts, classes = [], foreign_classes(brdf)
     for first in range(0, n, _CHUNK):
         chunk = jax.tree.map(lambda x, first=first: jnp.asarray(x[first : first + _CHUNK]), filled)
-        parts.append([np.asarray(x) for x in _partial_sums(brdf, cos_theta, phi, chunk, part, fixed)])
+        parts.append([np.asarray(x) for x in _partial_sums(brdf, cos_theta, phi, chunk, part, fixed, classes)])
     fine, coarse, magnitude = (
         np.apply_along_axis(math.fsum, 0, np.stack(column)) for column in zip(*parts, strict=True)
     )

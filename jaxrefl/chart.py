@@ -18,11 +18,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .params import pytree
 from .quadrature import double_exponential_nodes, gauss_legendre
 from .safe import safe_sqrt
 from .vec import Vec3
@@ -32,8 +32,7 @@ LEVELS = (0, 7)
 _COLUMNS = ("u", "u_rest", "v", "v_rest", "panel_u", "panel_v", "weight", "coarse")
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class AlbedoRule:
     """Nodes of a chart and two nested rules on them; the finer one is the answer, the difference its error.
 

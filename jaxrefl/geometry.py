@@ -16,15 +16,13 @@ discriminant, and the point is c + r n with a unit n: it lies on the sphere to r
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jax import Array, lax
 from jaxtyping import Bool, Float
 
-from .params import param
+from .params import param, pytree
 from .safe import safe_sqrt
 from .vec import Vec3, cross, dot, normalize
 
@@ -142,8 +140,7 @@ def offset(epsilon: Any) -> Remedy:
     return Remedy(along_normal=epsilon, skip=False)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Sphere:
     """Sphere, hit from the outside and from the inside; its polar axis is z."""
 
@@ -202,8 +199,7 @@ def _sphere_map(n: Vec3) -> tuple[Vec3, tuple[Array, Array]]:
     return Vec3(-y * scale, x * scale, jnp.zeros_like(x)), (jnp.where(u < 0, u + 1, u), v)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Plane:
     """Infinite plane; the side of its normal is outside."""
 

@@ -11,12 +11,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from .params import param
+from .params import param, pytree
 from .safe import exp_log_power, safe_divide
 from .vec import Vec3, dot, norm, normalize
 
@@ -56,8 +55,7 @@ def spot_effect(cos_angle: Scalar, exponent: Any, cutoff: Any) -> Scalar:
     return jnp.where(inside, exp_log_power(cos_angle, exponent), 0.0)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Ambient:
     """Global ambient light I_a, the constant that stands for the product of many reflections.
 
@@ -67,8 +65,7 @@ class Ambient:
     intensity: Any = param("[0, inf)", spectral=True, default=0.2, doc="I_a")
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Directional:
     """Light at infinity: the same direction everywhere, no attenuation.
 
@@ -87,8 +84,7 @@ class Directional:
         return Illumination(-normalize(self.direction), one * jnp.inf, one)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class PointLight:
     """Light that shines equally in all directions, attenuated by 1 / (constant + linear d + quadratic d^2).
 
@@ -113,8 +109,7 @@ class PointLight:
         return Illumination(normalize(to_light), distance, factor)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Spot:
     """Point light with a main direction L_N, an exponent and a hard cutoff angle.
 

@@ -22,7 +22,7 @@ from jaxtyping import Float
 from . import camera as cameras
 from . import d3d9
 from .geometry import SKIP, Ray, Remedy
-from .params import Interval, require
+from .params import Interval, foreign_classes, require
 from .path import Budget, Options
 from .scene import Scene, canonical_model, check, check_model
 from .stage import stage
@@ -91,6 +91,8 @@ class Plan(NamedTuple):
     max_nodes: int | None
     max_waiting: int
     account: bool
+    classes: tuple[type, ...]
+    """Those of the scene that JAX alone would confuse."""
 
 
 def plan_of(width: int, height: int, **settings: Any) -> Plan:
@@ -252,9 +254,8 @@ def render(
     check(scene)
     check_model(camera, "camera")
     cameras.check(camera)
-    plan = plan_of(
-        width, height, n_bounces=n_bounces, spp=spp, max_nodes=max_nodes, max_waiting=max_waiting, account=account
-    )
+    loop = {"n_bounces": n_bounces, "spp": spp, "max_nodes": max_nodes, "max_waiting": max_waiting}
+    plan = plan_of(width, height, **loop, account=account, classes=foreign_classes((scene, camera)))
     options = Options(remedy, min_weight, n_bounces)
     samples = jnp.arange(spp, dtype=jnp.int32)
     if progress is not None:

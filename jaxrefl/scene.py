@@ -23,12 +23,11 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from .params import Param, is_concrete, param, parameters, require
+from .params import Param, is_concrete, param, parameters, pytree, require
 from .vec import Vec3
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Object:
     """Shape and surface of one primitive, or of n of them."""
 
@@ -36,8 +35,7 @@ class Object:
     surface: Any
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Scene:
     """Objects and lights by name, and what is behind them: a colour (C,) or a model ``background(direction)``."""
 
@@ -46,8 +44,7 @@ class Scene:
     background: Any = param("[0, inf)", spectral=True, default=0.0, doc="colour (C,), or a model")
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Sky:
     """Background that goes from the colour of the horizon to those of zenith and nadir with the height of the ray."""
 

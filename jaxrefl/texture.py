@@ -8,12 +8,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from .params import param, parameters
+from .params import param, parameters, pytree
 from .vec import Vec3
 
 UV = tuple[Array, Array]
@@ -42,8 +41,7 @@ def resolve(model: Any, uv: UV) -> Any:
     return dataclasses.replace(model, **fields) if fields else model
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Checker:
     """Checkerboard of two colours; nothing can be differentiated in its edges, everything in its colours."""
 
@@ -58,8 +56,7 @@ class Checker:
         return jnp.where(jnp.mod(parity, 2.0) < 0.5, self.even, self.odd)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class ImageTexture:
     """Picture (H, W, C) repeated over the plane of u and v, interpolated between the centres of its pixels.
 

@@ -20,7 +20,7 @@ from jax import Array, lax
 from . import d3d9
 from .bounce import search, visit
 from .geometry import SKIP, Hit, Ray, Remedy, refract, spawn
-from .params import Interval, require
+from .params import Interval, foreign_classes, require
 from .path import Account, Budget, Options, Walk, features, start
 from .scene import Scene, canonical_model, check
 from .search import Found, Origin, closest_hit, elsewhere, leaving
@@ -152,8 +152,10 @@ def _surfaces(scene: Stage, ray: Ray, origin: Origin, found: Found) -> tuple[Hit
     return hit, [(m.here, m.surface.weights(hit)) for hit, m in zip(own, models, strict=True)]
 
 
-@functools.partial(jax.jit, static_argnames=("n_bounces", "max_nodes", "max_waiting", "account", "terms"))
-def _traced(scene: Scene, rays: Ray, remedy: Remedy, min_weight: Any, n_bounces: int, **static: Any) -> Trace:
+@functools.partial(jax.jit, static_argnames=("n_bounces", "max_nodes", "max_waiting", "account", "terms", "classes"))
+def _traced(
+    scene: Scene, rays: Ray, remedy: Remedy, min_weight: Any, n_bounces: int, classes: Any, **static: Any
+) -> Trace:
     staged = stage(scene)
     return trace_batch(
         staged,
@@ -197,7 +199,7 @@ def trace(
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
     check(scene)
     static = {"max_nodes": max_nodes, "max_waiting": max_waiting, "account": account, "terms": terms}
-    return _traced(scene, rays, remedy, min_weight, n_bounces=n_bounces, **static)
+    return _traced(scene, rays, remedy, min_weight, n_bounces=n_bounces, classes=foreign_classes(scene), **static)
 
 
 def check_loop(n_bounces: int, max_nodes: int | None, max_waiting: int, min_weight: Any) -> None:
@@ -217,8 +219,8 @@ def radiance(scene: Scene, ray: Ray, n_bounces: int, **options: Any) -> Array:
     return trace(scene, batch, n_bounces, account=False, **options).radiance[0]
 
 
-@jax.jit
-def _followed(scene: Scene, ray: Ray, remedy: Remedy, transmits: Array) -> Ray:
+@functools.partial(jax.jit, static_argnames="classes")
+def _followed(scene: Scene, ray: Ray, remedy: Remedy, transmits: Array, classes: Any) -> Ray:
     staged = stage(scene)
     ray = canonical_model(ray, staged.dtype)
     begin = ray, elsewhere(ray.direction.x), jnp.isfinite(ray.direction.x)
@@ -264,4 +266,5 @@ def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
     if set(branches) - set("RT"):
         raise ValueError(f"branches = {branches!r} must be a sequence of the letters R and T")
     check(scene)
-    return _followed(scene, ray, remedy, jnp.array([letter == "T" for letter in branches], bool))
+    transmits = jnp.array([letter == "T" for letter in branches], bool)
+    return _followed(scene, ray, remedy, transmits, classes=foreign_classes(scene))

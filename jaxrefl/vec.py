@@ -7,21 +7,18 @@ so one `Vec3` may hold one vector or a batch of any shape.
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
-from .params import floats
+from .params import floats, pytree
 from .safe import safe_divide, safe_sqrt
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Vec3:
     """Vector with components x, y, z (arrays of one shape, or placeholders that JAX puts there)."""
 

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
 from .. import fresnel
-from ..params import floats, param
+from ..params import floats, param, pytree
 from ..safe import safe_divide
 from ..vec import Vec3
 from .common import above
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class CoatedLambert:
     """Smooth dielectric over Lambert, all reflections inside the coat summed.
 
@@ -41,8 +38,7 @@ class CoatedLambert:
         return fresnel.dielectric(cos_theta_o, self.eta)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Slab:
     """Plane-parallel plate without interference: R and T of all its internal reflections, averaged over polarisations.
 

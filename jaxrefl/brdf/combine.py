@@ -5,11 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 from jax import Array
 from jaxtyping import Float
 
-from ..params import floats, param
+from ..params import floats, param, pytree
 from ..vec import Vec3
 from .lambert import Lambert
 
@@ -29,8 +28,7 @@ def _kinks(*models: Any) -> tuple[Any, ...]:
     return tuple(kink for model in models if hasattr(model, "kinks") for kink in model.kinks())
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Scaled:
     """A model times a factor (C,)."""
 
@@ -59,8 +57,7 @@ class Scaled:
         return floats(self.factor)[0] * _part(self.base, "through", cos_theta_o)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Mix:
     """Convex combination (1 - weight) a + weight b: reciprocal and conserving where both are."""
 

@@ -14,17 +14,23 @@ def above(wi: Vec3, wo: Vec3, value: Array) -> Array:
     return jnp.where((wi.z < 0) | (wo.z < 0), jnp.zeros_like(value), value)
 
 
-def cos_mirror(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
-    """R . V, the cosine between the mirror direction of one and the other."""
-    return wi.z * wo.z - wi.x * wo.x - wi.y * wo.y
+def from_mirror(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
+    """1 - R . V, R the mirror direction of one and V the other: half the square of their distance.
+
+    Accurate at the peak of a lobe, where a cosine would have lost what tells it from 1.
+    """
+    x, y, z = wi.x + wo.x, wi.y + wo.y, wi.z - wo.z
+    return 0.5 * (x * x + y * y + z * z)
 
 
-def cos_half(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
-    """H . N; 0 at wi = -wo, where H does not exist."""
-    x, y, z = wi.x + wo.x, wi.y + wo.y, wi.z + wo.z
-    length2 = x * x + y * y + z * z
+def from_normal(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
+    """1 - H . N for directions above the surface, accurate as `from_mirror` is; 1 at wi = -wo, where H does not exist."""
+    x, y, z = wi.x + wo.x, wi.y + wo.y, positive(wi.z + wo.z)
+    flat2 = x * x + y * y
+    length2 = flat2 + z * z
     safe = length2 > 0
-    return jnp.where(safe, z / jnp.sqrt(jnp.where(safe, length2, 1.0)), 0.0)
+    length = jnp.sqrt(jnp.where(safe, length2, 1.0))
+    return jnp.where(safe, flat2 / (length * (length + z)), 1.0)
 
 
 def tangential(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
@@ -35,8 +41,3 @@ def tangential(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
 def positive(x: Array) -> Array:
     """max(0, x) whose derivative at a tie is one-sided."""
     return jnp.where(x > 0, x, 0.0)
-
-
-def held(cosine: Array) -> Array:
-    """A cosine of unit vectors, which rounding may push out of [-1, 1], held there."""
-    return jnp.where(cosine > 1, 1.0, jnp.where(cosine < -1, -1.0, cosine))

@@ -5,21 +5,19 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
 from .. import fresnel
 from ..d3d9 import max_norm, total_reflection
-from ..params import floats, param
+from ..params import floats, param, pytree
 from ..safe import safe_divide
 from ..vec import Vec3
 from .common import above
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class D3D9:
     """Diffuse d (1 - |lambda|) / pi beside the mirror part lambda (1 - R) + s R, R = R0 + m (1 - cos theta)^p.
 
@@ -49,8 +47,7 @@ class D3D9:
         return total_reflection(self.metallic, self._reflectance(cos_theta_o), 1.0, self.specular)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class D3D9Repaired:
     """D3D9 with the base between two Fresnel factors: f = d (1 - lambda)(1 - R(wi))(1 - R(wo)) / (pi (1 - <R>)).
 

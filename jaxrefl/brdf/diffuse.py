@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from ..params import floats, param
+from ..params import floats, param, pytree
 from ..safe import safe_divide, safe_power, safe_sqrt
 from ..vec import Vec3, dot
 from .common import above, positive, tangential
@@ -19,8 +17,7 @@ _C1 = 0.5 - 2 / (3 * jnp.pi)
 _C2 = 2 / 3 - 28 / (15 * jnp.pi)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class OrenNayar:
     """Qualitative Oren-Nayar f = rho / pi (A + B max(0, cos dphi) sin alpha tan beta).
 
@@ -49,8 +46,7 @@ def _g_fon(mu: Array) -> Array:
     return sine * (theta - sine * mu) + 2 / 3 * (bracket - sine)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class EON:
     """Energy-preserving Oren-Nayar: Fujii's lobe and a multiple-scattering lobe that restores what it loses.
 
@@ -74,8 +70,7 @@ class EON:
         return above(wi, wo, (rho * (a * single) + rho_ms * multiple) / jnp.pi)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Burley:
     """Disney's diffuse f = rho / pi (1 + (F90 - 1)(1 - mu_i)^5)(1 + (F90 - 1)(1 - mu_o)^5).
 
@@ -93,8 +88,7 @@ class Burley:
         return above(wi, wo, rho / jnp.pi * (lit * seen))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class AshikhminShirleyDiffuse:
     """Diffuse part 28 rho / (23 pi) (1 - f0)(1 - (1 - mu_i / 2)^5)(1 - (1 - mu_o / 2)^5) of Ashikhmin and Shirley.
 

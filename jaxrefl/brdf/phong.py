@@ -5,26 +5,25 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from ..params import floats, param
-from ..safe import safe_divide, safe_power
+from ..params import floats, param, pytree
+from ..safe import safe_divide
 from ..vec import Vec3
-from .common import above, cos_half, cos_mirror, held
+from .common import above, from_mirror, from_normal
 
 HIGHLIGHTS = ("mirror", "half_vector")
 
 
-def lobe(cosine: Array, shininess: Array) -> Float[Array, ""]:
-    """max(0, cos)^n, 0 behind the lobe for n = 0 too."""
-    return jnp.where(cosine > 0, safe_power(held(cosine), shininess), 0.0)
+def lobe(away: Array, shininess: Array) -> Float[Array, ""]:
+    """max(0, cos)^n of 1 - cos, 0 behind the lobe for n = 0 too."""
+    before = away < 1
+    return jnp.where(before, jnp.exp(shininess * jnp.log1p(-jnp.where(before, away, 0.0))), 0.0)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class ModifiedPhong:
     """Modified Phong f = k_s (n + 2) / (2 pi) max(0, R . V)^n.
 
@@ -38,11 +37,10 @@ class ModifiedPhong:
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         k_s, n = floats(self.k_s, self.shininess)
-        return above(wi, wo, k_s * ((n + 2) / (2 * jnp.pi) * lobe(cos_mirror(wi, wo), n)))
+        return above(wi, wo, k_s * ((n + 2) / (2 * jnp.pi) * lobe(from_mirror(wi, wo), n)))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class BlinnPhong:
     """Blinn-Phong f = k_s (n + 2)(n + 4) / (8 pi (2^(-n/2) + n)) (N . H)^n, whose albedo at normal incidence is k_s.
 
@@ -57,11 +55,10 @@ class BlinnPhong:
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         k_s, n = floats(self.k_s, self.shininess)
         scale = (n + 2) * (n + 4) / (8 * jnp.pi * (jnp.exp2(-0.5 * n) + n))
-        return above(wi, wo, k_s * (scale * lobe(cos_half(wi, wo), n)))
+        return above(wi, wo, k_s * (scale * lobe(from_normal(wi, wo), n)))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class LiteralPhong:
     """What JHU and OpenGL display, as an effective BRDF: k_d / pi + k_s lobe / (pi cos theta_i).
 
@@ -83,6 +80,6 @@ class LiteralPhong:
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         k_d, k_s, n = floats(self.k_d, self.k_s, self.shininess)
-        cosine = cos_mirror if self.highlight == "mirror" else cos_half
-        highlight = safe_divide(lobe(cosine(wi, wo), n), wi.z)
+        away = from_mirror if self.highlight == "mirror" else from_normal
+        highlight = safe_divide(lobe(away(wi, wo), n), wi.z)
         return above(wi, wo, (k_d + k_s * highlight) / jnp.pi)

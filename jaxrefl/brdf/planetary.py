@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from ..params import floats, param
+from ..params import floats, param, pytree
 from ..safe import safe_divide, safe_power
 from ..vec import Vec3
 from .common import above
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class LommelSeeliger:
     """Single scattering in a deep dark medium, f = (w / 4 pi) / (mu_i + mu_o).
 
@@ -31,8 +28,7 @@ class LommelSeeliger:
         return above(wi, wo, w / (4 * jnp.pi) * safe_divide(1.0, wi.z + wo.z))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Minnaert:
     """Limb darkening f = c (k + 1) / (2 pi) (mu_i mu_o)^(k - 1).
 

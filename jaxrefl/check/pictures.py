@@ -20,7 +20,7 @@ from jax import Array
 from ..camera import Orthographic
 from ..geometry import Hit, Sphere
 from ..light import Directional
-from ..params import param
+from ..params import param, pytree
 from ..quadrature import gauss_legendre
 from ..scene import Object, Scene
 from ..surface import D3D9, Blend, Coat, Local, Phong, Weights
@@ -51,8 +51,7 @@ def rule(n: int, *breaks: float) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([r.node for r in rules]), np.concatenate([r.weight for r in rules])
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Everything:
     """Surface with a model in each channel, in the order of their names above; a white Lambert surface shows 1."""
 
@@ -83,8 +82,7 @@ class Everything:
         )
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Surroundings:
     """What the mirrors see: 1, the cosine of the angle from the axis of the camera, or its square."""
 

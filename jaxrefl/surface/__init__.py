@@ -8,7 +8,7 @@
                        Conductor       0                 F                              -
                        Coat            1 - F             F                              -
 
-A surface is a frozen dataclass with fields made by `jaxrefl.params.param`, registered as a pytree, with two methods,
+A surface is a class decorated with `jaxrefl.params.pytree`, with fields made by `jaxrefl.params.param` and two methods,
 ``local(hit, wi) -> Local`` and ``weights(hit) -> Weights``. There is no base class: a user's own surface is a few lines
 in the user's own file. Any colour parameter may be a texture.
 """

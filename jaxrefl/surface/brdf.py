@@ -5,17 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 
 from ..brdf import Lambert
 from ..geometry import Hit
+from ..params import pytree
 from ..vec import Vec3, cross, dot
 from .protocol import Local, Weights
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class BRDFSurface:
     """A BRDF in a scene: local = pi f cos theta_i, reflected = its ``mirror``, transmitted = its ``through``.
 

@@ -5,20 +5,18 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 from jax import Array
 from jaxtyping import Float
 
 from .. import d3d9
 from ..geometry import Hit, cosine
-from ..params import param
+from ..params import param, pytree
 from ..vec import Vec3
 from .phong import Phong
 from .protocol import Local, Weights, under
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class D3D9:
     """Diffuse base under a metallic and a Fresnel reflection: c = d (1 - |lambda|) + (lambda (1 - R) + s R) phi.
 

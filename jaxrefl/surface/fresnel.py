@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
 from .. import fresnel
 from ..geometry import Hit
-from ..params import param
+from ..params import param, pytree
 from ..vec import Vec3
 from .phong import Phong
 from .protocol import Local, Weights, under
@@ -23,8 +22,7 @@ def interface(hit: Hit, eta: Any) -> Float[Array, ""]:
     return fresnel.dielectric(hit.cos_theta_o, jnp.where(hit.entering, eta, 1 / eta))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Dielectric:
     """Smooth glass, water or plastic: reflects F and transmits 1 - F, exact, unpolarised at each hit.
 
@@ -47,8 +45,7 @@ class Dielectric:
         return weights if self.sigma is None else weights._replace(sigma=self.sigma)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Conductor:
     """Smooth metal of complex index eta + i k, exact Fresnel reflectance per channel. Source: LAMBERT-FRESNEL."""
 
@@ -65,8 +62,7 @@ class Conductor:
         return Weights(0.0, fresnel.conductor(hit.cos_theta_o, self.eta, self.k))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Coat:
     """Smooth dielectric coat over a base: reflects F, and shows 1 - F of the base.
 

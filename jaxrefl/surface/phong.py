@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
 from ..geometry import Hit
-from ..params import param
+from ..params import param, pytree
 from ..safe import exp_log_power
 from ..vec import Vec3, dot, normalize, reflect
 from .protocol import Local, Weights
@@ -36,8 +35,7 @@ def blinn_lobe(n: Vec3, wi: Vec3, wo: Vec3, shininess: Any) -> Float[Array, ""]:
     return exp_log_power(dot(normalize(wi + wo), n), shininess)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Phong:
     """Local illumination E_m + I_a k_a + sum_j f_j S_j (I_dj k_d (L . N) + I_sj k_s (H . N)^n), and no ray goes on.
 

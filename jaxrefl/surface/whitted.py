@@ -5,17 +5,14 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
-
 from ..geometry import Hit
-from ..params import param
+from ..params import param, pytree
 from ..vec import Vec3
 from .phong import Phong
 from .protocol import Local, Weights, under
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Blend:
     """Mirror blend (1 - alpha) c_i + alpha c^(i+1) of a base colour and what is reflected.
 
@@ -35,8 +32,7 @@ class Blend:
         return under(self.base.weights(hit), 1 - alpha, alpha)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Whitted:
     """Sum I = I_local + k_rg I_reflected + k_tg I_transmitted, with a distance attenuation of both.
 
