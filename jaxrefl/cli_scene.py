@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -88,9 +89,13 @@ def render(
     half: Annotated[bool, typer.Option("--half", help="Write half floats into the EXR.")] = False,
 ) -> None:
     """Render a scene file."""
+    import jax
+
     from . import image, scene_file
     from .render import render as render_image
 
+    with suppress(RuntimeError):  # somebody has computed in this process before
+        jax.config.update("jax_num_cpu_devices", os.cpu_count() or 1)  # tiles run side by side, one per core
     given = {
         "width": width, "height": height, "n_bounces": bounces, "spp": spp, "seed": seed, "exposure": exposure,
     }  # fmt: skip
@@ -112,7 +117,7 @@ def render(
         with progress(console, Path(scene).stem, meter) as report:
             picture = render_image(
                 loaded.scene, loaded.camera, s.width, s.height, s.n_bounces,
-                spp=s.spp, seed=s.seed, alpha=s.alpha, progress=report,
+                spp=s.spp, seed=s.seed, alpha=s.alpha, progress=report, devices=jax.devices(),
             )  # fmt: skip
         for path in paths:
             image.write(

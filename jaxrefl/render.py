@@ -95,6 +95,15 @@ class Plan(NamedTuple):
     """Those of the scene that JAX alone would confuse."""
 
 
+class Job(NamedTuple):
+    """What is rendered: the leaves that the picture is a function of."""
+
+    scene: Any
+    camera: Any
+    options: Options
+    seed: Any
+
+
 def plan_of(width: int, height: int, **settings: Any) -> Plan:
     """Plan with strips, and tiles, of equal size."""
     strips = math.ceil(height / STRIP)
@@ -104,7 +113,7 @@ def plan_of(width: int, height: int, **settings: Any) -> Plan:
     return Plan(width, height, rows=rows, tile=math.ceil(pixels / tiles), tiles=tiles, **settings)
 
 
-def _tile(scene: Any, camera: Any, options: Options, plan: Plan, seed: Any, tile: Array, sample: Array) -> Trace:
+def _tile(job: Job, plan: Plan, tile: Array, sample: Array) -> Trace:
     """One sample of each pixel of one tile."""
     number = tile * plan.tile + jnp.arange(plan.tile, dtype=jnp.int32)
 
@@ -114,15 +123,15 @@ def _tile(scene: Any, camera: Any, options: Options, plan: Plan, seed: Any, tile
         row = jnp.minimum(row, plan.height - 1)  # what is too much repeats the last row
         dx = dy = 0.5
         if plan.spp > 1:
-            dx, dy = sample_position(seed, column, row, sample)  # type: ignore[assignment]
+            dx, dy = sample_position(job.seed, column, row, sample)  # type: ignore[assignment]
         x = (2 * (column + dx) - plan.width) / plan.height
         y = 1 - 2 * (row + dy) / plan.height
-        return camera.ray(jnp.asarray(x, scene.dtype), jnp.asarray(y, scene.dtype))
+        return job.camera.ray(jnp.asarray(x, job.scene.dtype), jnp.asarray(y, job.scene.dtype))
 
     return trace_batch(
-        scene,
+        job.scene,
         jax.vmap(ray)(number),
-        options,
+        job.options,
         n_bounces=plan.n_bounces,
         max_nodes=plan.max_nodes,
         max_waiting=plan.max_waiting,
@@ -130,16 +139,14 @@ def _tile(scene: Any, camera: Any, options: Options, plan: Plan, seed: Any, tile
     )
 
 
-def _tiles(
-    scene: Scene, camera: Any, options: Options, seed: Any, first: Array, samples: Array, plan: Plan, count: int
-) -> Trace:
+def _tiles(job: Job, first: Array, samples: Array, plan: Plan, count: int) -> Trace:
     """Sums over samples of a run of tiles: (count, tile, ...); what belongs to the first hit is not summed."""
-    staged = stage(scene)
-    camera = canonical_model(camera, staged.dtype)
+    staged = stage(job.scene)
+    job = job._replace(scene=staged, camera=canonical_model(job.camera, staged.dtype))
 
     @jax.checkpoint
     def one(tile: Array) -> Trace:
-        shot = functools.partial(_tile, staged, camera, options, plan, seed, tile)
+        shot = functools.partial(_tile, job, plan, tile)
         if samples.shape[0] == 1:
             return shot(samples[0])
         zero = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(shot, samples[0]))
@@ -163,22 +170,18 @@ def _sum(total: Trace, new: Trace, is_first: Any) -> Trace:
     return summed._replace(account=account, **kept)
 
 
-_band = jax.jit(_tiles, static_argnames=("plan", "count"))
+@functools.partial(jax.jit, static_argnames=("plan", "count", "devices"))
+def _band(job: Job, first: Array, samples: Array, plan: Plan, count: int, devices: tuple[Any, ...]) -> Trace:
+    """A run of tiles, each device its share; without devices where the arguments are."""
+    if not devices:
+        return _tiles(job, first, samples, plan, count)
+    share = math.ceil(count / len(devices))
 
+    def mine(start: Array) -> Trace:
+        return _tiles(job, start[0], samples, plan, share)
 
-@functools.partial(jax.jit, static_argnames=("plan", "devices"))
-def _sharded(
-    scene: Scene, camera: Any, options: Options, seed: Any, samples: Array, plan: Plan, devices: tuple[Any, ...]
-) -> Trace:
-    """All tiles, each device its share."""
-    share = math.ceil(plan.tiles / len(devices))
-
-    def mine(first: Array) -> Trace:
-        return _tiles(scene, camera, options, seed, first[0], samples, plan, share)
-
-    mesh = Mesh(np.array(devices), ("tiles",))
-    starts = jnp.arange(len(devices), dtype=jnp.int32) * share
-    spec = PartitionSpec("tiles")
+    mesh, spec = Mesh(np.array(devices), ("tiles",)), PartitionSpec("tiles")
+    starts = first + jnp.arange(len(devices), dtype=jnp.int32) * share
     return jax.shard_map(mine, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)(starts)
 
 
@@ -256,36 +259,33 @@ def render(
     cameras.check(camera)
     loop = {"n_bounces": n_bounces, "spp": spp, "max_nodes": max_nodes, "max_waiting": max_waiting}
     plan = plan_of(width, height, **loop, account=account, classes=foreign_classes((scene, camera)))
-    options = Options(remedy, min_weight, n_bounces)
+    job = Job(scene, camera, Options(remedy, min_weight, n_bounces), seed)
     samples = jnp.arange(spp, dtype=jnp.int32)
+    places = tuple(devices or ())
     if progress is not None:
-        traced = _in_bands(scene, camera, options, seed, plan, progress)
-    elif devices is not None:
-        traced = _sharded(scene, camera, options, seed, samples, plan, tuple(devices))
+        traced = _in_bands(job, plan, places, progress)
     else:
-        traced = _band(scene, camera, options, seed, jnp.int32(0), samples, plan, plan.tiles)
+        traced = _band(job, jnp.int32(0), samples, plan, plan.tiles, places)
     image = _image(traced, plan)
     if alpha == "premultiplied":
         return image
-    local = plan._replace(n_bounces=0)
-    first = _image(
-        _band(scene, camera, options._replace(n_bounces=0), seed, jnp.int32(0), samples, local, plan.tiles), plan
-    )
+    job, local = job._replace(options=job.options._replace(n_bounces=0)), plan._replace(n_bounces=0)
+    first = _band(job, jnp.int32(0), samples, local, plan.tiles, places)
     coverage = _image(traced._replace(alpha=traced.coverage), plan).alpha
-    r_tot = jnp.maximum(image.radiance - first.radiance, 0.0)
+    r_tot = jnp.maximum(image.radiance - _image(first, plan).radiance, 0.0)
     return image._replace(alpha=jax.vmap(jax.vmap(d3d9.alpha_printed))(coverage, r_tot))
 
 
-def _in_bands(
-    scene: Scene, camera: Any, options: Options, seed: Any, plan: Plan, report: Callable[[int, int, int], None]
-) -> Trace:
+def _in_bands(job: Job, plan: Plan, devices: tuple[Any, ...], report: Callable[[int, int, int], None]) -> Trace:
     """All tiles and samples in a Python loop: passes of one sample, bands of equal numbers of tiles."""
-    count = math.ceil(plan.tiles / BANDS)
+    each = max(1, len(devices))
+    count = math.ceil(plan.tiles / BANDS / each) * each
     pixels, rays, result = plan.width * plan.height, 0, None
     for sample in range(plan.spp):
         bands = []
         for first in range(0, plan.tiles, count):
-            band = _band(scene, camera, options, seed, jnp.int32(first), jnp.arange(sample, sample + 1), plan, count)
+            one, start = jnp.arange(sample, sample + 1), jnp.int32(first)
+            band = _band(job, start, one, plan, count, devices)
             bands.append(jax.tree.map(np.asarray, band))
             done = min((first + count) * plan.tile, pixels)
             rays += 0 if band.account is None else int(band.account.rays.sum())

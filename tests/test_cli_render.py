@@ -73,7 +73,8 @@ class Fake(types.ModuleType):
         self.calls = []
         self.interrupt = False
 
-    def render(self, scene, camera, width, height, n_bounces, *, spp, seed, alpha, progress):
+    def render(self, scene, camera, width, height, n_bounces, *, spp, seed, alpha, progress, devices):
+        assert devices == jax.devices()
         call = {"width": width, "height": height, "n_bounces": n_bounces, "spp": spp, "seed": seed, "alpha": alpha}
         self.calls.append({"scene": scene, "camera": camera, **call})
         progress(1, 2, 1_000_000)

@@ -200,8 +200,9 @@ from test_render import EYE, hall
 jaxrefl.render.TILE = 16
 assert len(jax.devices()) == 2, jax.devices()
 images = [
-    jaxrefl.render.render(hall(), EYE, 9, 8, 2, spp=2, devices=devices)
+    jaxrefl.render.render(hall(), EYE, 9, 8, 2, spp=2, devices=devices, progress=progress)
     for devices in (jax.devices()[:1], jax.devices())
+    for progress in (None, lambda *done: None)
 ]
 for image in images:
     for a, b in zip(jax.tree.leaves(image), jax.tree.leaves(images[0]), strict=True):
