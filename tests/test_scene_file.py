@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from jaxrefl import scene_file
+from jaxrefl.brdf import EON
 from jaxrefl.files import read_table
 from jaxrefl.params import Interval, parameters
 from jaxrefl.scene_file import catalog, write
@@ -307,7 +308,7 @@ MISTAKES = {
     ),
     "unknown type": (
         edit(surface='type = "Glass"'),
-        f'{SURFACE}.type = "Glass" is not one of Phong, Blend, Whitted, D3D9, Dielectric, Conductor, Coat',
+        f'{SURFACE}.type = "Glass" is not one of Phong, Blend, Whitted, D3D9, Dielectric, Conductor, Coat, BRDF',
     ),
     "type of another place": (edit(shape='type = "Phong"'), 'objects.glass.shape.type = "Phong" is not one of Sphere, Plane'),  # noqa: E501
     "type that is no string": (edit(shape="type = [1]"), "objects.glass.shape.type = [1] is not one of Sphere, Plane"),
@@ -779,3 +780,18 @@ def test_importing_the_package_loads_neither_pydantic_nor_the_scene_files(tmp_pa
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
+
+
+def test_any_reflection_model_can_be_the_surface_of_an_object():
+    text = scene_file.starter()
+    document = tomllib.loads(text)
+    name = next(iter(document["objects"]))
+    document["objects"][name]["surface"] = {"type": "BRDF", "brdf": {"type": "EON", "rho": [0.8, 0.5, 0.2]}}
+    loaded = scene_file.loads(write.document_text(document))
+    brdf = loaded.scene.objects[name].surface.brdf
+    assert type(brdf) is EON
+    np.testing.assert_allclose(np.ravel(brdf.rho), [0.8, 0.5, 0.2], rtol=1e-6)
+    again = scene_file.loads(scene_file.dumps(loaded.scene, loaded.camera, loaded.settings))
+    assert jax.tree.structure(again.scene) == jax.tree.structure(loaded.scene)
+    with pytest.raises(ValueError, match=r"surface.brdf.roughness = 1.5 is outside \[0, 1\]"):
+        scene_file.loads(write.document_text(document), settings=[f"objects.{name}.surface.brdf.roughness=1.5"])

@@ -6,12 +6,13 @@ import dataclasses
 from typing import Any
 
 from ..camera import Orthographic, Pinhole
+from ..catalog import MODELS
 from ..geometry import Plane, Sphere
 from ..light import Ambient, Directional, PointLight, Spot
 from ..params import param
 from ..render import ALPHAS
 from ..scene import Sky
-from ..surface import D3D9, Blend, Coat, Conductor, Dielectric, Phong, Whitted
+from ..surface import D3D9, Blend, BRDFSurface, Coat, Conductor, Dielectric, Phong, Whitted
 from ..texture import Checker, ImageTexture
 
 SHAPES: dict[str, Any] = {"Sphere": Sphere, "Plane": Plane}
@@ -24,7 +25,10 @@ SURFACES: dict[str, Any] = {
     "Dielectric": Dielectric,
     "Conductor": Conductor,
     "Coat": Coat,
+    "BRDF": BRDFSurface,
 }
+BRDFS: dict[str, Any] = {cls.__name__: cls for cls in MODELS.values()}
+"""Reflection models, in the key ``brdf`` of a surface of type BRDF."""
 TEXTURES: dict[str, Any] = {"Checker": Checker, "Image": ImageTexture}
 LIGHTS: dict[str, Any] = {"Ambient": Ambient, "Directional": Directional, "Point": PointLight, "Spot": Spot}
 CAMERAS: dict[str, Any] = {"Pinhole": Pinhole, "Orthographic": Orthographic}

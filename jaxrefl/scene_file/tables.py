@@ -47,6 +47,9 @@ def _plain(field: dataclasses.Field[Any]) -> tuple[Any, Any]:
         return generic(Literal, *choices), Field(default=field.default, description=words)
     if field.type == "bool":
         return bool, Field(default=field.default, description=f"{doc}: true or false")
+    if field.metadata.get("models") == "brdf":
+        kind, words = _choice(catalog.BRDFS, "reflection model", many=True)
+        return kind, Field(default_factory=lambda: None, description=words)
     base = table("Phong", catalog.BASES["Phong"], many=True, textures=True, optional_type=True)
     return base, Field(default_factory=lambda: None, description="what is under the layer: a table of type Phong")
 
@@ -91,7 +94,7 @@ def table(name: str, cls: Any, many: bool = False, textures: bool = False, optio
         textures: True if its spectral keys may hold textures.
         optional_type: True if the key ``type`` may be left out.
     """
-    title = f"{name} as a base" if optional_type else name
+    title = f"{name} as a base" if optional_type else f"{name} as a BRDF" if cls in catalog.BRDFS.values() else name
     return _typed(name, title, cls, _fields(cls, many, textures), optional_type)
 
 
@@ -176,6 +179,8 @@ def table_at(path: Sequence[str | int], node: Any) -> type[Table] | None:
     kind = node.get("type", "Phong" if path[-1] == "base" else None) if isinstance(node, Mapping) else None
     if not isinstance(kind, str):
         return None
+    if path[-1] == "brdf":
+        return table(kind, catalog.BRDFS[kind], many=True) if kind in catalog.BRDFS else None
     for group in (catalog.SHAPES, catalog.SURFACES, catalog.LIGHTS, catalog.CAMERAS, catalog.BACKGROUNDS):
         if kind in group:
             inside = path[0] == "objects"

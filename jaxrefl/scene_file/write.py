@@ -93,7 +93,8 @@ def table_of(model: Any, path: str, names: Mapping[str, Any]) -> dict[str, Any]:
         if value is None:
             continue
         if dataclasses.is_dataclass(value) and not isinstance(value, Vec3):
-            inner = catalog.TEXTURES if field.name in declared else catalog.BASES
+            is_brdf = field.metadata.get("models") == "brdf"
+            inner = catalog.TEXTURES if field.name in declared else catalog.BRDFS if is_brdf else catalog.BASES
             table[field.name] = table_of(value, where, inner)
         elif field.name not in declared:
             table[field.name] = value

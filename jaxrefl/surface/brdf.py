@@ -23,7 +23,7 @@ class BRDFSurface:
     tangent. What goes ``through`` keeps its direction.
     """
 
-    brdf: Any = dataclasses.field(default_factory=Lambert)
+    brdf: Any = dataclasses.field(default_factory=Lambert, metadata={"models": "brdf"})
 
     def local(self, hit: Hit, wi: Vec3) -> Local:
         """pi f cos theta_i, 0 for light from below."""
