@@ -122,6 +122,9 @@ def features(scene: Stage) -> Features:
         for group in scene.groups:
             surface = resolve(pick(group.surface, group.ids, jnp.zeros((), jnp.int32)), hit.uv)
             seen.append(surface.weights(hit))
+            if jnp.ndim(seen[-1].eta):
+                name, shape = type(surface).__name__, jnp.shape(seen[-1].eta)
+                raise ValueError(f"{name}.weights: eta has shape {shape}; a ray is bent by one index, shape ()")
             shapes.extend(jnp.shape(x) for x in (*seen[-1], *surface.local(hit, hit.n)))
         shapes.append(jnp.shape(scene.radiance_behind(hit.n)))
         shapes.extend(

@@ -23,7 +23,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from .params import Param, is_concrete, param, parameters, pytree, require
+from .params import Interval, Param, is_concrete, param, parameters, pytree, require
 from .vec import Vec3
 
 
@@ -68,25 +68,26 @@ class Leaf(NamedTuple):
     declared: Param | None
 
 
-def walk(tree: Any, path: str, change: Callable[[Leaf], Any]) -> Any:
+def walk(tree: Any, path: str, change: Callable[[Leaf], Any], within: Interval | None = None) -> Any:
     """The same nest of models and dicts with every field that is not itself a model replaced.
 
-    Static fields and absent ones (None) stay as they are.
+    Static fields and absent ones (None) stay as they are. The colours of a texture have the range ``within`` of the
+    parameter in whose place it stands.
     """
     if isinstance(tree, Mapping):
         return {key: walk(tree[key], f"{path}.{key}".lstrip("."), change) for key in sorted(tree)}
     if not is_model(tree):
         return change(Leaf(path, tree, None))
-    declared = {p.name: p for p in parameters(tree)}
+    declared = {p.name: p._replace(interval=within) if within and p.spectral else p for p in parameters(tree)}
     fields = {}
     for field in dataclasses.fields(tree):
-        value, name = getattr(tree, field.name), f"{path}.{field.name}".lstrip(".")
+        value, name, known = getattr(tree, field.name), f"{path}.{field.name}".lstrip("."), declared.get(field.name)
         if field.metadata.get("static") or value is None:
             continue
-        nested = is_model(value) or isinstance(value, Mapping)
-        fields[field.name] = (
-            walk(value, name, change) if nested else change(Leaf(name, value, declared.get(field.name)))
-        )
+        if is_model(value) or isinstance(value, Mapping):
+            fields[field.name] = walk(value, name, change, known.interval if known else None)
+        else:
+            fields[field.name] = change(Leaf(name, value, known))
     return dataclasses.replace(tree, **fields)
 
 

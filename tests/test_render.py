@@ -19,9 +19,10 @@ from jaxrefl import Vec3
 from jaxrefl.camera import Orthographic, Pinhole
 from jaxrefl.geometry import Ray
 from jaxrefl.light import Directional
+from jaxrefl.params import pytree
 from jaxrefl.render import Image, render, sample_position
 from jaxrefl.scene import Scene, Sky, canonical, canonical_model
-from jaxrefl.surface import Blend, Phong
+from jaxrefl.surface import Blend, Local, Phong, Weights
 from jaxrefl.texture import Checker
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -312,3 +313,24 @@ def test_a_camera_without_a_view_is_refused():
     with pytest.raises(ValueError, match=r"camera.up = \[0.0, 0.0, 1.0\] is parallel to the view \[0.0, 0.0, -5.0\]"):
         render(scene, Pinhole(Vec3(0.0, 0.0, 5.0)), 4, 4, 0)
     render(scene, Pinhole(Vec3(0.0, 0.0, 5.0), up=Vec3(0.0, 1.0, 0.0)), 4, 4, 0)
+
+
+def test_the_colours_of_a_texture_keep_the_range_of_the_parameter_in_whose_place_it_stands():
+    objects = {"floor": plane(Blend(Phong(), Checker(0.5, 1.5)))}
+    with pytest.raises(ValueError, match=r"^objects.floor.surface.reflectivity.odd = 1.5 is outside \[0, 1\]"):
+        render(Scene(objects), EYE, 4, 4, 0)
+    jax.eval_shape(lambda: render(Scene({"floor": plane(Phong(Checker(0.5, 1.5)))}), EYE, 4, 4, 0))
+
+
+@pytree
+class Prism:
+    def local(self, hit, wi):
+        return Local(0.0, 0.0)
+
+    def weights(self, hit):
+        return Weights(0.0, 0.1, 0.9, eta=jnp.array([1.5, 1.52, 1.54]))
+
+
+def test_a_surface_with_an_index_per_channel_is_refused():
+    with pytest.raises(ValueError, match=r"^Prism.weights: eta has shape \(3,\); a ray is bent by one index"):
+        render(Scene({"glass": ball(Prism(), 1.0, Vec3(0.0, 0.0, 0.0))}), EYE, 4, 4, 1)
