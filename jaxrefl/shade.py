@@ -45,6 +45,7 @@ def once(alive: Array, function: Callable[..., Any], *args: Any) -> Any:
     leaves, structure = jax.tree.flatten(args)
     arrays = [x for x in leaves if isinstance(x, Array)]
 
+    @functools.partial(jax.jit, inline=True)  # so that JAX traces it once, for its shapes and for the branch
     def apply(arrays: list[Any]) -> Any:
         rest = iter(arrays)
         return function(*jax.tree.unflatten(structure, [next(rest) if isinstance(x, Array) else x for x in leaves]))
