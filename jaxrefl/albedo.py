@@ -5,15 +5,15 @@ r"""Albedos: integrals of a reflection model over the hemisphere, each with its 
     bihemispherical               2 int_0^1 rho(mu) mu dmu
 
 The first is the radiance seen in a uniform environment of radiance 1, the second what becomes of a beam; they are equal
-where the model is reciprocal. Value and error come from two nested rules (`jaxrefl.chart`): the error is the difference
-of the two plus what rounding can do, so that it bounds the error of the coarser rule and by far that of the finer. What
-no rule can know is a lobe narrower than its nodes are apart, away from the places where models have theirs (the mirror
-and the retro direction, the normal, the horizon, the kinks that a model names).
+where the model is reciprocal. Value and error come from three nested rules (`jaxrefl.chart`), see `stated_error`: it is
+the error of the coarser rule, and by far bounds that of the finest. What no rule can know is a lobe narrower than its
+nodes are apart, away from the places where models have theirs (the mirror and the retro direction, the normal, the
+horizon, the kinks that a model names), and how many digits the model itself loses.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -25,11 +25,13 @@ from .brdf.protocol import BRDF
 from .chart import AlbedoRule, albedo_rule, direction
 from .params import Interval, checked, require
 from .quadrature import Estimate, HemisphereRule, accurate_sum, double_exponential, integrate
+from .safe import safe_divide, safe_sqrt
 from .vec import Vec3
 
 PARTS = ("reflected", "transmitted", "both")
 FIXED = ("view", "light")
 _ROUNDING = 16.0  # of every term, in units of eps
+_SHARP = 2.0  # of a direction, in units of eps and of the angle in which the integrand changes
 
 
 @checked(cos_theta_o="[0, 1]")
@@ -88,17 +90,27 @@ def delta_parts(brdf: Any, cos_theta: Array, part: str) -> Any:
     return sum(getattr(brdf, name)(cos_theta) for name in names if hasattr(brdf, name))
 
 
-def sums(
-    brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str
-) -> tuple[Array, Array, Array]:
-    """Sums of the finer and of the coarser rule, and of the magnitudes."""
+class Sums(NamedTuple):
+    """Sums over the nodes of a rule, each (C,) or scalar."""
+
+    fine: Array
+    coarse: Array
+    coarsest: Array
+    magnitude: Array
+    """Of the magnitudes of the terms of the finest."""
+    square: Array
+    """Integral of the square, 1/sr times the square of the albedo."""
+
+
+def sums(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str) -> Sums:
+    """Smooth part by the three rules, before anything is said about its error."""
     kinks = kinks_of(brdf, cos_theta.dtype)
     sine = jnp.sqrt(jnp.maximum((1 - cos_theta) * (1 + cos_theta), 0.0))
     here = Vec3(sine * jnp.cos(phi), sine * jnp.sin(phi), cos_theta)
     c, s = jnp.cos(phi), jnp.sin(phi)
     sides = {"reflected": (1,), "transmitted": (-1,), "both": (1, -1)}[part]
 
-    def term(node: AlbedoRule) -> Array:
+    def term(node: AlbedoRule) -> tuple[Array, Array]:
         w, solid_angle = direction(node, cos_theta, kinks)
         x, y = w.x * c - w.y * s, w.x * s + w.y * c
 
@@ -106,12 +118,14 @@ def sums(
             there = Vec3(x, y, side * w.z)
             return brdf(there, here) if fixed == "view" else brdf(here, there)
 
-        return sum(value(side) for side in sides) * (w.z * solid_angle)
+        sent = sum(value(side) for side in sides) * w.z
+        return sent * solid_angle, sent * (sent * solid_angle)
 
-    terms = jax.vmap(term)(rule)
+    terms, squares = jax.vmap(term)(rule)
     shape = (-1,) + (1,) * (terms.ndim - 1)
-    fine, coarse = (weight.reshape(shape) * terms for weight in (rule.weight, rule.coarse))
-    return accurate_sum(fine), accurate_sum(coarse), jnp.sum(jnp.abs(fine), axis=0)
+    fine, coarse, coarsest = (w.reshape(shape) * terms for w in (rule.weight, rule.coarse, rule.coarsest))
+    magnitude, square = jnp.sum(jnp.abs(fine), axis=0), jnp.sum(rule.weight.reshape(shape) * squares, axis=0)
+    return Sums(accurate_sum(fine), accurate_sum(coarse), jnp.sum(coarsest, axis=0), magnitude, square)
 
 
 def rounding(dtype: Any) -> float:
@@ -119,8 +133,24 @@ def rounding(dtype: Any) -> float:
     return _ROUNDING * float(jnp.finfo(dtype).eps)
 
 
-def _estimate(fine: Any, coarse: Any, magnitude: Any, delta: Any) -> Estimate:
-    return Estimate(fine + delta, abs(fine - coarse) + rounding(fine.dtype) * (magnitude + abs(delta)))
+def stated_error(found: Sums, dtype: Any) -> Array:
+    """Error of the finest of three nested rules: what its refinement changed, and what rounding can do.
+
+    A refinement may change little by chance. The one before then tells: a rule that converges exponentially has more
+    than twice the digits with each, so that the error is at most (2 before)^2 before, relative to the whole. Rounding
+    acts on every term, and on every direction: a lobe that fills a small part of the hemisphere (the square of the
+    integral is small beside the integral of the square) changes by more than its direction does.
+    """
+    last, before = abs(found.fine - found.coarse), abs(found.coarse - found.coarsest)
+    relative = 2 * safe_divide(before, found.magnitude)
+    sharp = _SHARP * float(jnp.finfo(dtype).eps) * safe_sqrt(2 * jnp.pi * found.square)
+    rounded = rounding(dtype) * found.magnitude + sharp
+    return jnp.maximum(last, relative * relative * before) + rounded
+
+
+def _estimate(found: Sums, delta: Any) -> Estimate:
+    dtype = found.fine.dtype
+    return Estimate(found.fine + delta, stated_error(found, dtype) + rounding(dtype) * abs(delta))
 
 
 def directional_albedo(
@@ -153,8 +183,7 @@ def directional_albedo(
     """
     check_arguments(part, fixed, cos_theta_o, brdf, rule)
     cos_theta, phi = (jnp.asarray(x, rule.weight.dtype) for x in (cos_theta_o, phi_o))
-    fine, coarse, magnitude = sums(brdf, cos_theta, phi, rule, part, fixed)
-    return _estimate(fine, coarse, magnitude, delta_parts(brdf, cos_theta, part))
+    return _estimate(sums(brdf, cos_theta, phi, rule, part, fixed), delta_parts(brdf, cos_theta, part))
 
 
 def bihemispherical_albedo(brdf: BRDF, rule: AlbedoRule, *, part: str = "reflected", phi_o: float = 0.0) -> Estimate:
@@ -163,11 +192,11 @@ def bihemispherical_albedo(brdf: BRDF, rule: AlbedoRule, *, part: str = "reflect
     Args as there. Of an anisotropic model it is the one of the azimuth phi_o.
     """
     check_arguments(part, "view", 0.5, brdf, rule)
-    mu, _, weight, coarse = double_exponential(rule.level, rule.weight.dtype)
+    mu, _, *weights = double_exponential(rule.level, rule.weight.dtype)
     inner = lax.map(lambda mu: directional_albedo(brdf, mu, rule, part=part, phi_o=phi_o), mu)
     shape = (-1,) + (1,) * (inner.value.ndim - 1)
-    fine, rough = ((2 * mu * w).reshape(shape) for w in (weight, coarse))
-    whole = _estimate(
-        accurate_sum(fine * inner.value), accurate_sum(rough * inner.value), jnp.sum(fine * abs(inner.value), 0), 0.0
-    )
-    return Estimate(whole.value, whole.error + jnp.sum(fine * inner.error, 0))
+    weights = [(2 * mu * w).reshape(shape) for w in weights]
+    fine, coarse, coarsest = (accurate_sum(w * inner.value) for w in weights)
+    magnitude = jnp.sum(weights[0] * abs(inner.value), 0)
+    whole = _estimate(Sums(fine, coarse, coarsest, magnitude, jnp.zeros_like(magnitude)), 0.0)
+    return Estimate(whole.value, whole.error + jnp.sum(weights[0] * inner.error, 0))

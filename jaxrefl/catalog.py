@@ -122,3 +122,25 @@ def _parse(setting: str, text: str, declared: Param | None, choices: tuple[str, 
     import numpy as np
 
     return np.array(numbers)
+
+
+def white(sigma: float = 0.3, exponent: float = 10.0, k: float = 0.8) -> dict[str, Any]:
+    """Every model where it absorbs nothing by its parameters: an albedo other than 1 is the doing of its formula."""
+    return {
+        "Lambert": brdf.Lambert(1.0),
+        "Oren-Nayar": brdf.OrenNayar(1.0, sigma),
+        "EON": brdf.EON(1.0, 0.5),
+        "Burley": brdf.Burley(1.0, 1.0),
+        "Ashikhmin-Shirley": brdf.AshikhminShirleyDiffuse(1.0, 0.0),
+        "Lommel-Seeliger": brdf.LommelSeeliger(1.0),
+        "Minnaert": brdf.Minnaert(1.0, k),
+        "coated Lambert": brdf.CoatedLambert(1.0, 1.5),
+        "modified Phong": brdf.ModifiedPhong(1.0, exponent),
+        "Blinn-Phong": brdf.BlinnPhong(1.0, exponent),
+        "literal Phong": brdf.LiteralPhong(0.0, 1.0, exponent),
+        "literal OpenGL": brdf.LiteralPhong(0.0, 1.0, exponent, "half_vector"),
+        "slab": brdf.Slab(1.5, 0.0),
+        "D3D9 (6)": brdf.D3D9(),
+        "D3D9 (8)": brdf.D3D9(sun_fresnel=True),
+        "D3D9 repaired": brdf.D3D9Repaired(),
+    }

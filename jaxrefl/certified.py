@@ -12,13 +12,16 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .albedo import chart_of, check_arguments, delta_parts, rounding, rule_for, sums
+from .albedo import Sums, chart_of, check_arguments, delta_parts, rounding, rule_for, stated_error, sums
+from .brdf.function import as_model
 from .brdf.protocol import BRDF
-from .chart import LEVELS, AlbedoRule
+from .chart import LEVELS, AlbedoRule, spread_rule
 from .params import Interval, foreign_classes, require
 
 _CHUNK = 8192  # nodes handed over at a time: one size, one compilation per model and chart
-_FIRST = 2  # level to begin with
+_FIRST = 3  # level to begin with; on the one before, a coincidence of rules that are all wrong is not rare
+_SPREAD = 65536  # directions that look for what the rules miss
+_SIGMAS = 6  # that the mean over these may be off, by the variance that the rule knows of
 _SECOND = {"normal": "half", "mirror": "normal", "half": "normal", "product": "normal"}
 
 
@@ -35,9 +38,26 @@ class Certified(NamedTuple):
     """Rule that gave the value."""
     level: int
     confirmed_by: str
-    """Chart of the second rule, with other nodes, that agrees within the errors of both; "" if it was not asked."""
+    """Chart of the second rule, with other nodes, that agrees within the errors of both, as do directions that are
+    spread evenly; "" if they were not asked or do not."""
     evaluations: int
     """Evaluations of the model, of all rules together."""
+
+
+class _Smooth(NamedTuple):
+    """Smooth part of an albedo by one rule, each (C,) or scalar."""
+
+    value: np.ndarray
+    error: np.ndarray
+    spread: np.ndarray
+    """Standard deviation of one random direction."""
+    level: int
+
+
+def _gap(a: _Smooth, b: _Smooth) -> np.ndarray:
+    """Disagreement of two rules, 0 where it is within the errors of both."""
+    gap = abs(a.value - b.value)
+    return np.where(gap <= a.error + b.error, 0.0, gap)
 
 
 @functools.partial(jax.jit, static_argnames=("part", "fixed", "classes"))
@@ -47,22 +67,24 @@ def _partial_sums(
     return sums(brdf, cos_theta, phi, rule, part, fixed)
 
 
-def _whole(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str) -> tuple[Any, Any]:
-    """Value of the smooth part by a rule and its error, chunk by chunk, added exactly."""
+def _whole(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str) -> _Smooth:
+    """Smooth part by a rule, chunk by chunk, added exactly."""
     n = rule.evaluations
     filled = jax.tree.map(lambda x: np.resize(np.asarray(x), math.ceil(n / _CHUNK) * _CHUNK), rule)
     weightless = np.arange(filled.weight.size) >= n
     filled = dataclasses.replace(
-        filled, weight=np.where(weightless, 0, filled.weight), coarse=np.where(weightless, 0, filled.coarse), level=0
+        filled,
+        level=0,
+        **{name: np.where(weightless, 0, getattr(filled, name)) for name in ("weight", "coarse", "coarsest")},
     )
     parts, classes = [], foreign_classes(brdf)
     for first in range(0, n, _CHUNK):
         chunk = jax.tree.map(lambda x, first=first: jnp.asarray(x[first : first + _CHUNK]), filled)
         parts.append([np.asarray(x) for x in _partial_sums(brdf, cos_theta, phi, chunk, part, fixed, classes)])
-    fine, coarse, magnitude = (
-        np.apply_along_axis(math.fsum, 0, np.stack(column)) for column in zip(*parts, strict=True)
-    )
-    return fine, abs(fine - coarse) + rounding(rule.weight.dtype) * magnitude
+    totals: Any = [np.apply_along_axis(math.fsum, 0, np.stack(column)) for column in zip(*parts, strict=True)]
+    found = Sums(*totals)
+    spread = np.sqrt(np.maximum(2 * np.pi * totals[-1] - totals[0] ** 2, 0.0))
+    return _Smooth(totals[0], np.asarray(stated_error(found, rule.weight.dtype)), spread, rule.level)
 
 
 def albedo_to(
@@ -76,7 +98,7 @@ def albedo_to(
     phi_o: float = 0.0,
     chart: str | None = None,
 ) -> Certified:
-    """Directional albedo to a relative tolerance: the rule grows until it is met, and a second one must agree.
+    """Directional albedo to a relative tolerance: the rule grows until it is met, and others must agree.
 
     Args:
         brdf, cos_theta_o, part, fixed, phi_o: as in `jaxrefl.albedo.directional_albedo`.
@@ -86,7 +108,7 @@ def albedo_to(
 
     Returns:
         Certified: value, error, and how they came about. If the budget ends first ``converged`` is False, and the error
-        is what was reached, or the disagreement of the two rules if that is larger.
+        is what was reached, or the disagreement of the rules if that is larger.
 
     Raises:
         ValueError: an argument out of its range; an rtol that the dtype cannot hold.
@@ -99,40 +121,45 @@ def albedo_to(
         dtype = jnp.zeros(0).dtype
         raise ValueError(f"rtol = {rtol} is outside [{64 * eps:.1e}, 1], what {dtype} can hold")
     check_arguments(part, fixed, cos_theta_o)
+    brdf = as_model(brdf)
     mu, phi = jnp.asarray(cos_theta_o, float), jnp.asarray(phi_o, float)
     first = chart or chart_of(brdf)
     delta = np.asarray(delta_parts(brdf, mu, part))
     delta_error = rounding(mu.dtype) * abs(delta)
-    spent, found = 0, {}
+    spent, second = 0, _SECOND[first]
+    best: _Smooth | None = None
+    gap: np.ndarray | None = None  # None: the others were not asked
 
-    def refine(name: str, level: int) -> bool:
+    @functools.cache
+    def evaluated(name: str, level: int) -> _Smooth | None:
         nonlocal spent
-        rule = rule_for(brdf, level, chart=name)
+        rule = rule_for(brdf, level, chart=name) if name else spread_rule(_SPREAD)
         cost = rule.evaluations * (2 if part == "both" else 1)
         if spent + cost > budget:
-            return False
-        value, error = _whole(brdf, mu, phi, rule, part, fixed)
+            return None
         spent += cost
-        found[name] = (value + delta, error + delta_error, level)
-        return True
+        return _whole(brdf, mu, phi, rule, part, fixed)
 
-    def is_met(name: str) -> bool:
-        value, error, _ = found[name]
+    def is_met(error: np.ndarray, value: np.ndarray) -> bool:
         return bool(np.all(error <= rtol * abs(value)))
 
-    other, agrees = _SECOND[first], False
     for level in range(_FIRST, LEVELS[1] + 1):
-        if not refine(first, level):
+        finer = evaluated(first, level)
+        if finer is None:
             break
-        if is_met(first) and refine(other, min(level, 4)):
-            gap = abs(found[first][0] - found[other][0])
-            agrees = bool(np.all(gap <= found[first][1] + found[other][1]))
-            if agrees:
+        best, gap = finer, None
+        if is_met(best.error + delta_error, best.value + delta):
+            other, spread = evaluated(second, min(level, 4)), evaluated("", 0)
+            if other is None or spread is None:
                 break
-    if first not in found:
-        raise ValueError(f"budget = {budget} is less than one rule takes; the smallest has 1000 nodes or so")
-    value, error, level = found[first]
-    if other in found and not agrees:
-        error = np.maximum(error, abs(value - found[other][0]))
-    converged = bool(np.all(error <= rtol * abs(value)))
-    return Certified(value, error, converged, first, level, other if agrees else "", spent)
+            known = spread._replace(error=_SIGMAS * best.spread / math.sqrt(_SPREAD))
+            gap = np.maximum(_gap(best, other), _gap(best, known))
+            if not np.any(gap):
+                break
+    if best is None:
+        raise ValueError(f"budget = {budget} is less than one rule takes; the smallest has 10000 nodes or so")
+    value, error = best.value + delta, best.error + delta_error
+    if gap is not None:
+        error = np.maximum(error, gap)
+    confirmed = gap is not None and not np.any(gap)
+    return Certified(value, error, is_met(error, value), first, best.level, second if confirmed else "", spent)

@@ -16,6 +16,7 @@ The distance to the horizon is known to full relative accuracy in each of them: 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -23,18 +24,18 @@ import numpy as np
 from jax import Array
 
 from .params import pytree
-from .quadrature import double_exponential_nodes, gauss_legendre
+from .quadrature import double_exponential_nodes, gauss_legendre, spread_points
 from .safe import safe_sqrt
 from .vec import Vec3
 
 CHARTS = ("normal", "mirror", "half", "product")
 LEVELS = (0, 7)
-_COLUMNS = ("u", "u_rest", "v", "v_rest", "panel_u", "panel_v", "weight", "coarse")
+_COLUMNS = ("u", "u_rest", "v", "v_rest", "panel_u", "panel_v", "weight", "coarse", "coarsest")
 
 
 @pytree
 class AlbedoRule:
-    """Nodes of a chart and two nested rules on them; the finer one is the answer, the difference its error.
+    """Nodes of a chart and three nested rules on them; the finest is the answer, the others tell its error.
 
     All arrays are (M,).
     """
@@ -49,9 +50,11 @@ class AlbedoRule:
     """int32: which panel."""
     panel_v: Array
     weight: Array
-    """Weight in the finer rule."""
+    """Weight in the finest rule."""
     coarse: Array
     """Weight in the coarser one, 0 where it has no node."""
+    coarsest: Array
+    """Weight in the one before that."""
     chart: str = dataclasses.field(metadata={"static": True})
     level: int = dataclasses.field(metadata={"static": True})
     kinks: int = dataclasses.field(default=0, metadata={"static": True})
@@ -88,19 +91,31 @@ def albedo_rule(chart: str = "normal", level: int = 3, kinks: int = 0, dtype: An
     if not isinstance(level, (int, np.integer)) or not LEVELS[0] <= level <= LEVELS[1]:
         raise ValueError(f"level = {level!r} must be an integer in [{LEVELS[0]}, {LEVELS[1]}]")
     if chart == "product":
-        both = [np.concatenate(pair) for pair in zip(_product(level), _product(level - 1), strict=True)]
-        fine = np.arange(len(both[0])) < len(_product(level)[0])
-        mu, mu_rest, phi, weight = both
+        rules = [_product(level - i) for i in range(3)]
+        mu, mu_rest, phi, weight = (np.concatenate(columns) for columns in zip(*rules, strict=True))
+        which = np.repeat(np.arange(3), [len(columns[0]) for columns in rules])
         zero = np.zeros(len(mu), np.int32)
-        table = (mu, mu_rest, phi, 1 - phi, zero, zero, np.where(fine, weight, 0.0), np.where(fine, 0.0, weight))
+        table = (mu, mu_rest, phi, 1 - phi, zero, zero, *(np.where(which == i, weight, 0.0) for i in range(3)))
     else:
-        x, rest, w, coarse = double_exponential_nodes(level)
+        x, rest, *weights = double_exponential_nodes(level)
         panels = ({"normal": 2 + kinks, "mirror": 2, "half": 1}[chart], 4)
         i, j, a, b = (g.ravel() for g in np.indices((*panels, len(x), len(x))))
-        table = (x[a], rest[a], x[b], rest[b], i, j, w[a] * w[b], coarse[a] * coarse[b])
+        table = (x[a], rest[a], x[b], rest[b], i, j, *(w[a] * w[b] for w in weights))
+    return _rule(table, dtype, chart, int(level), kinks)
+
+
+def spread_rule(n: int, dtype: Any = None) -> AlbedoRule:
+    """n directions spread evenly over the hemisphere, every one of the same weight: a look at what other rules miss."""
+    u, v = spread_points(n)
+    k, zero = np.arange(n), np.zeros(n, np.int32)
+    weights = (np.where(k < n // part, part / n, 0.0) for part in (1, 2, 4))
+    return _rule((u, 1 - u, v, 1 - v, zero, zero, *weights), dtype, "product", 0, 0)
+
+
+def _rule(table: Sequence[np.ndarray], dtype: Any, chart: str, level: int, kinks: int) -> AlbedoRule:
     types = {name: jnp.int32 if name.startswith("panel") else dtype or float for name in _COLUMNS}
     columns = {name: jnp.asarray(x, types[name]) for name, x in zip(_COLUMNS, table, strict=True)}
-    return AlbedoRule(**columns, chart=chart, level=int(level), kinks=kinks)
+    return AlbedoRule(**columns, chart=chart, level=level, kinks=kinks)
 
 
 def _product(level: int) -> tuple[np.ndarray, ...]:

@@ -23,7 +23,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from . import __version__, cli_reference, cli_scene, gallery
+from . import __version__, cli_model, cli_reference, cli_scene, gallery
 from .cli_scene import INTERRUPTED
 
 app = typer.Typer(
@@ -33,6 +33,7 @@ app = typer.Typer(
     help="Reflection models that can be plotted, trusted and differentiated.",
 )
 app.add_typer(cli_scene.app)
+app.add_typer(cli_model.app)
 app.add_typer(cli_reference.app)
 
 

@@ -1,6 +1,6 @@
 """Declared ranges: the one place where a parameter says what it is and what it may be.
 
-A model is a class decorated with `pytree`, its fields made by `param`; a formula is a function decorated with `checked`.
+A model is a class decorated with `pytree`, its fields made by `param`; a formula is decorated with `checked`.
 Both state their ranges as intervals written the way a paper writes them, ``"[0, 1]"`` or ``"(0, inf)"``, and both
 are checked only on concrete values, outside `jit`: under a transformation the check costs nothing and sees nothing.
 """

@@ -44,7 +44,7 @@ class HemisphereRule(NamedTuple):
 
 
 class NestedRule(NamedTuple):
-    """Nodes in (0, 1) and the weights (n,) of two rules on them."""
+    """Nodes in (0, 1) and the weights (n,) of three rules on them."""
 
     node: Array
     rest: Array
@@ -52,6 +52,8 @@ class NestedRule(NamedTuple):
     weight: Array
     coarse: Array
     """Weights of the coarser rule, which has every other node; 0 at the others."""
+    coarsest: Array
+    """Weights of the one with every fourth node."""
 
 
 class Estimate(NamedTuple):
@@ -127,18 +129,18 @@ def simpson(n: int, a: float = 0.0, b: float = 1.0, dtype: Any = None) -> Rule:
     return _rule(np.linspace(a, b, n + 1), weight, dtype)
 
 
-def double_exponential_nodes(level: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def double_exponential_nodes(level: int) -> tuple[np.ndarray, ...]:
     """Columns of `double_exponential` in float64, on the host."""
     step = 2.0 ** -_positive("level", level, 0)
     reach = math.floor(3.15 / step)  # the outermost node is 1e-16 from the end
     k = np.arange(-reach, reach + 1)
     node, rest = (1 / (1 + np.exp(sign * np.pi * np.sinh(k * step))) for sign in (-1, 1))
     weight = step * np.pi * np.cosh(k * step) * node * rest
-    return node, rest, weight, np.where(k % 2 == 0, 2 * weight, 0.0)
+    return node, rest, weight, *(np.where(k % every == 0, every * weight, 0.0) for every in (2, 4))
 
 
 def double_exponential(level: int, dtype: Any = None) -> NestedRule:
-    """Tanh-sinh rule on (0, 1) with step 2^-level, and with twice the step on every other node.
+    """Tanh-sinh rule on (0, 1) with step 2^-level, and those with two and four times the step on the same nodes.
 
     The nodes crowd exponentially at both ends: it converges exponentially for any integrand that is analytic inside,
     whatever power or logarithm it has at an end. Source: Takahasi and Mori 1974.
@@ -238,16 +240,21 @@ def monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int) -> Estimate:
     return Estimate(values.mean(axis=0), safe_sqrt(values.var(axis=0, ddof=1) / n))
 
 
+def spread_points(n: int) -> np.ndarray:
+    """Points (2, n) spread evenly over the unit square: multiples of (1/g, 1/g^2), g^3 = g + 1, modulo 1."""
+    g = 1.324717957244746
+    return np.outer([1 / g, 1 / g**2], np.arange(n)) % 1
+
+
 def quasi_monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int, shifts: int = 16) -> Estimate:
     """Integral of f over the hemisphere from n directions spread evenly, in ``shifts`` randomly displaced copies.
 
-    The points are multiples of (1/g, 1/g^2), g^3 = g + 1, modulo 1, each copy displaced at random, which makes the
-    mean unbiased and its standard error known. Arguments as for `monte_carlo`; n is rounded down to a multiple of
+    The points are `spread_points`, each copy displaced at random, which makes the mean unbiased and its standard error
+    known. Arguments as for `monte_carlo`; n is rounded down to a multiple of
     ``shifts``.
     """
     each = _positive("n", n, _positive("shifts", shifts, 2)) // shifts
-    g = 1.324717957244746
-    lattice = jnp.asarray(np.outer([1 / g, 1 / g**2], np.arange(each)) % 1, float)
+    lattice = jnp.asarray(spread_points(each), float)
     u = (lattice[:, None] + jax.random.uniform(key, (2, shifts, 1))) % 1
     wi = Vec3.from_spherical(u[0].ravel(), 2 * jnp.pi * u[1].ravel())
     values = 2 * jnp.pi * jax.vmap(f)(wi)

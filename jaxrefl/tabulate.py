@@ -20,6 +20,8 @@ from .brdf.protocol import BRDF
 from .chart import AlbedoRule
 from .files import write_atomically
 
+ENDINGS = (".npz", ".csv", ".exr")
+
 
 class Table(NamedTuple):
     """Directional albedos over a parameter and the angle."""
@@ -41,10 +43,9 @@ class Table(NamedTuple):
             ValueError: another ending.
         """
         path = Path(path)
-        writers = {".npz": self._npz, ".csv": self._csv, ".exr": self._exr}
-        if path.suffix not in writers:
-            raise ValueError(f"path = {str(path)!r} must end in {', '.join(writers)}")
-        write_atomically(path, writers[path.suffix])
+        if path.suffix not in ENDINGS:
+            raise ValueError(f"path = {str(path)!r} must end in {', '.join(ENDINGS)}")
+        write_atomically(path, dict(zip(ENDINGS, (self._npz, self._csv, self._exr), strict=True))[path.suffix])
 
     def _npz(self, path: Path) -> None:
         with path.open("wb") as file:

@@ -12,6 +12,7 @@ TABLE = json.loads(importlib.resources.files("jaxrefl").joinpath("data/oracles.j
 BLOCKS = {
     f"{section[0]}.{key}": block for section, members in TABLE["sections"].items() for key, block in members.items()
 }
+ALBEDOS = [name for name in BLOCKS if name[0] == "E" or name.startswith(("G.phong", "G.thresholds"))]
 WORDS = {"about", "how", "rtol", "fields", "rows", "values"}
 
 

@@ -14,7 +14,7 @@ PACKAGE = Path(jaxrefl.__file__).parent
 FIGURES = Path(__file__).parent.parent / "figures"
 FILES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 READING_ORDER = [
-    *("params", "safe", "vec", "fresnel", "quadrature", "series", "d3d9", "brdf", "catalog"),
+    *("params", "safe", "vec", "fresnel", "quadrature", "sampling", "series", "d3d9", "brdf", "catalog"),
     *("chart", "albedo", "certified", "audit"),
     *("geometry", "light", "texture", "surface", "scene", "stage", "camera"),
     *("search", "shade", "waiting", "path", "bounce", "trace", "render", "check"),

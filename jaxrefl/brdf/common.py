@@ -24,7 +24,7 @@ def from_mirror(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
 
 
 def from_normal(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
-    """1 - H . N for directions above the surface, accurate as `from_mirror` is; 1 at wi = -wo, where H does not exist."""
+    """1 - H . N for directions above the surface, accurate as `from_mirror`; 1 at wi = -wo, where H does not exist."""
     x, y, z = wi.x + wo.x, wi.y + wo.y, positive(wi.z + wo.z)
     flat2 = x * x + y * y
     length2 = flat2 + z * z

@@ -88,6 +88,11 @@ class Burley:
         return above(wi, wo, rho / jnp.pi * (lit * seen))
 
 
+def _darkening(x: Array) -> Array:
+    """1 - (1 - x)^5, to full accuracy at grazing angles too."""
+    return x * (5 - x * (10 - x * (10 - x * (5 - x))))
+
+
 @pytree
 class AshikhminShirleyDiffuse:
     """Diffuse part 28 rho / (23 pi) (1 - f0)(1 - (1 - mu_i / 2)^5)(1 - (1 - mu_o / 2)^5) of Ashikhmin and Shirley.
@@ -100,5 +105,5 @@ class AshikhminShirleyDiffuse:
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         rho, f0 = floats(self.rho, self.f0)
-        lit, seen = (1 - safe_power(1 - 0.5 * mu, 5) for mu in (wi.z, wo.z))
+        lit, seen = (_darkening(0.5 * mu) for mu in (wi.z, wo.z))
         return above(wi, wo, 28 / (23 * jnp.pi) * rho * (1 - f0) * (lit * seen))

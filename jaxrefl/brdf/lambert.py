@@ -9,6 +9,7 @@ from jax import Array
 from jaxtyping import Float
 
 from ..params import floats, param, pytree
+from ..sampling import Sample, cosine_hemisphere
 from ..vec import Vec3
 
 
@@ -27,3 +28,13 @@ class Lambert:
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         (rho,) = floats(self.rho)
         return jnp.where((wi.z < 0) | (wo.z < 0), jnp.zeros_like(rho), rho / jnp.pi)
+
+    def sample(self, wo: Vec3, u1: Array, u2: Array, u_lobe: Array) -> Sample:
+        """Cosine-weighted direction: every weight is rho. ``u_lobe`` is not used, there is one lobe."""
+        (rho,) = floats(self.rho)
+        wi = cosine_hemisphere(u1, u2)
+        return Sample(wi, jnp.where(wo.z < 0, jnp.zeros_like(rho), rho), self.pdf(wi, wo))
+
+    def pdf(self, wi: Vec3, wo: Vec3) -> Float[Array, ""]:
+        """Density cos theta_i / pi of `sample`, 1/sr."""
+        return jnp.where(wi.z < 0, 0.0, wi.z / jnp.pi)

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ..params import floats, param, pytree
 from ..safe import safe_divide
+from ..sampling import Sample, power_lobe
 from ..vec import Vec3
 from .common import above, from_mirror, from_normal
 
@@ -19,8 +20,9 @@ HIGHLIGHTS = ("mirror", "half_vector")
 
 def lobe(away: Array, shininess: Array) -> Float[Array, ""]:
     """max(0, cos)^n of 1 - cos, 0 behind the lobe for n = 0 too."""
-    before = away < 1
-    return jnp.where(before, jnp.exp(shininess * jnp.log1p(-jnp.where(before, away, 0.0))), 0.0)
+    before, last = away < 1, 1 - float(jnp.finfo(away.dtype).epsneg)
+    # the compiler may evaluate ``before`` twice and come to two answers by a rounding; at ``last`` either is right
+    return jnp.where(before, jnp.exp(shininess * jnp.log1p(-jnp.where(before, away, last))), 0.0)
 
 
 @pytree
@@ -38,6 +40,17 @@ class ModifiedPhong:
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         k_s, n = floats(self.k_s, self.shininess)
         return above(wi, wo, k_s * ((n + 2) / (2 * jnp.pi) * lobe(from_mirror(wi, wo), n)))
+
+    def sample(self, wo: Vec3, u1: Array, u2: Array, u_lobe: Array) -> Sample:
+        """Direction in the lobe, below the surface too, with the weight 0 there. ``u_lobe`` is not used."""
+        k_s, n = floats(self.k_s, self.shininess)
+        wi = power_lobe(Vec3(-wo.x, -wo.y, wo.z), n, u1, u2)
+        return Sample(wi, above(wi, wo, k_s * ((n + 2) / (n + 1) * wi.z)), self.pdf(wi, wo))
+
+    def pdf(self, wi: Vec3, wo: Vec3) -> Float[Array, ""]:
+        """Density (n + 1) / (2 pi) (R . V)^n of `sample`, 1/sr; over the sphere it integrates to 1."""
+        (n,) = floats(self.shininess)
+        return (n + 1) / (2 * jnp.pi) * lobe(from_mirror(wi, wo), n)
 
 
 @pytree

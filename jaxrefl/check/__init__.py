@@ -8,7 +8,8 @@ that computes, vectorised over the rows, the columns of the block from its input
     numerics        slopes, minima
     interface       A, B: dielectrics and conductors
     approximations  C: Schlick's family, fits, extrema
-    energy          D, E, G: averages, albedos, the D3D9 furnace
+    albedos         E: albedos of the models
+    energy          D, E, G: averages, the Lambertian pi, the D3D9 furnace, Phong as displayed
     bounces         H: the bounce series
     pictures, rays, edges
                     I: scenes, by tracing rays through them
@@ -17,7 +18,7 @@ A value must agree to the block's rtol or 1e-13, whichever is larger, a derivati
 less.
 """
 
-from . import approximations, bounces, edges, energy, interface, pictures, rays  # noqa: F401  # each registers its evaluators
+from . import albedos, approximations, bounces, edges, energy, interface, pictures, rays  # noqa: F401  # each registers its evaluators
 from .table import Row as Row
 from .table import block_names as block_names
 from .table import evaluate as evaluate

@@ -1,16 +1,22 @@
-"""Evaluators of the sections D, E and G: averages, the Lambertian pi, and D3D9 in a white furnace."""
+"""Evaluators of the sections D, E and G: averages, the Lambertian pi, D3D9 in a white furnace, Phong as displayed."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import jax
 import jax.numpy as jnp
-from jax import Array
+import numpy as np
+from jax import Array, lax
 
 from .. import d3d9, fresnel, quadrature
-from ..brdf import Lambert
+from ..albedo import directional_albedo, rule_for
+from ..brdf import BlinnPhong, Lambert, LiteralPhong, ModifiedPhong
 from ..vec import Vec3
-from .numerics import NODES, slopes
-from .table import Columns, evaluates
+from .albedos import albedos
+from .numerics import NODES, boundary, slopes
+from .table import Columns, HostColumns, evaluates
 
 
 @evaluates(
@@ -119,6 +125,72 @@ def _eq7_alpha(c: Columns) -> dict[str, Array]:
         }
 
     return jax.vmap(one)(c["cos_theta"])
+
+
+def _flux_ratio(k_s: Any, n: Any, cos_theta: Array) -> Array:
+    """What literal Phong sends out of a beam, over what arrives; k_s = pi is a light whose I is its irradiance."""
+    model = LiteralPhong(0.0, k_s, n)
+    return directional_albedo(model, cos_theta, rule_for(model, 4), fixed="light").value
+
+
+@evaluates("G.phong_literal", "n theta_deg")
+def _phong_literal(c: Columns) -> dict[str, Array]:
+    def ratio(k_s: float) -> Array:
+        return albedos(lambda n: LiteralPhong(0.0, k_s, n), c["cos_theta"], c["n"], level=5, fixed="light")
+
+    return {"ratio_I_is_E": ratio(np.pi), "ratio_I_is_E_over_pi": ratio(1.0)}
+
+
+def _root(f: Callable[[Array], Array], start: Array) -> Array:
+    """Root of an elementwise f by Newton's rule, from a start that is near."""
+
+    def step(_: int, x: Array) -> Array:
+        value, slope = jax.jvp(f, (x,), (jnp.ones_like(x),))
+        return x - value / slope
+
+    return lax.fori_loop(0, 6, step, start)
+
+
+@evaluates("G.phong_blowup", "n")
+def _phong_blowup(c: Columns) -> dict[str, Array]:
+    def angle(k_s: float) -> Array:
+        def blowup(n: Array) -> Array:
+            cosine = _root(lambda mu: mu * (_flux_ratio(k_s, n, mu) - 1), jnp.asarray(0.01))
+            return 90 - jnp.rad2deg(jnp.arcsin(cosine))
+
+        return lax.map(blowup, c["n"])
+
+    grazing = albedos(lambda n: ModifiedPhong(1.0, n), jnp.zeros_like(c["n"]), c["n"], level=5)
+    return {
+        "theta_blowup_EoverPi_deg": angle(1.0),
+        "theta_blowup_E_deg": angle(np.pi),
+        "I_n_grazing": grazing * 2 * np.pi / (c["n"] + 2),
+    }
+
+
+@evaluates("G.phong_reciprocity", "n theta_i theta_o")
+def _phong_reciprocity(c: Columns) -> dict[str, Array]:
+    def one(n: Array, theta_i: Array, theta_o: Array) -> Array:
+        wi, wo = (
+            Vec3(jnp.sin(t), 0.0, jnp.sin(jnp.pi / 2 - abs(t))) for t in jnp.deg2rad(jnp.stack([theta_i, -theta_o]))
+        )
+        return LiteralPhong(0.0, 1.0, n)(wi, wo) / LiteralPhong(0.0, 1.0, n)(wo, wi)
+
+    return {"ratio": jax.vmap(one)(c["n"], c["theta_i"], c["theta_o"])}
+
+
+@evaluates("G.thresholds", given="n=50 for the widths", jit=False)
+def _thresholds(_: HostColumns) -> dict[str, Any]:
+    def half(model: Any) -> np.ndarray:  # of the highlight on a sphere that is lit from the eye: wi = wo
+        f = jax.jit(lambda angle: model(*2 * [Vec3.from_spherical(jnp.cos(angle), 0.0)]))
+        return np.rad2deg(boundary(lambda angle: f(angle) > 0.5 * f(0.0), 0.0, np.pi / 2))
+
+    conserving = jax.jit(lambda start: _root(lambda n: _flux_ratio(jnp.pi, n, jnp.ones(())) - 1, start))
+    return {
+        "n_crit": conserving(4.0),
+        "blinn_half_deg": half(BlinnPhong(1.0, 50.0)),
+        "phong_half_deg": half(ModifiedPhong(1.0, 50.0)),
+    }
 
 
 @evaluates("G.schlick_identity", given="lambda=0.7, R0=0.04, p=5, theta=60 deg")

@@ -29,8 +29,13 @@ from .layers import bars as bars
 from .layers import categories as categories
 from .layers import normals as normals
 from .layers import strip as strip
+from .model import albedo as albedo
+from .model import furnace as furnace
+from .model import image_slice as image_slice
+from .model import lobe3d as lobe3d
 from .picture import field as field
 from .picture import picture as picture
+from .rows import rows as rows
 from .style import ANGLE as ANGLE
 from .style import BLUE as BLUE
 from .style import GREEN as GREEN
@@ -46,3 +51,6 @@ from .style import labels as labels
 from .style import legend as legend
 from .style import save as save
 from .style import style as style
+from .values import albedos as albedos
+from .values import lobe_values as lobe_values
+from .values import slice_values as slice_values

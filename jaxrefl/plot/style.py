@@ -69,11 +69,13 @@ def labels(
     title: str | None = None,
     xlim: tuple[float, float] | None = None,
     ylim: tuple[float | None, float | None] | None = None,
+    xscale: str | None = None,
     yscale: str | None = None,
     legend: bool | str = False,
 ) -> Axes:
-    """Set what is given of the axes' texts, limits and scale; ``legend`` is True or a location."""
-    given = {"xlabel": xlabel, "ylabel": ylabel, "title": title, "xlim": xlim, "ylim": ylim, "yscale": yscale}
+    """Set what is given of the axes' texts, limits and scales; ``legend`` is True or a location."""
+    given = {"xlabel": xlabel, "ylabel": ylabel, "title": title, "xlim": xlim, "ylim": ylim}
+    given |= {"xscale": xscale, "yscale": yscale}
     ax.set(**{name: value for name, value in given.items() if value is not None})
     if legend:
         ax.legend(loc=legend if isinstance(legend, str) else "best")
