@@ -18,6 +18,7 @@ fastest for Lommel-Seeliger and for a lobe of whole exponent (n = 100), and fall
 end-point powers; Monte Carlo falls as n^-1/2, quasi-Monte Carlo faster. In the model's own chart what a rule says is
 never below its error, at any level; in a chart that cuts across kinks it can be."""
 SIZE = (9.8, 8.0)
+LABELS = {"monte_carlo": "Monte Carlo", "quasi_monte_carlo": "quasi-Monte Carlo"}
 CHARTS = {"normal": (1, 2, 3, 4), "mirror": (1, 2, 3, 4), "half": (1, 2, 3, 4), "product": (0, 1, 2, 3, 4, 5)}
 
 
@@ -102,7 +103,7 @@ def draw(data: dict, fig) -> None:
     for i, ax in enumerate(fig.subplots(2, 2).ravel()):
         for name, (color, marker) in kinds.items():
             line = {"ax": ax, "color": color, "marker": marker}
-            label = {name.replace("_", " "): data[f"true_{name}"][i]}
+            label = {LABELS.get(name, name): data[f"true_{name}"][i]}
             plot.convergence(data[f"n_{name}"], label, legend=False, **line)
             line |= {"linestyle": "--", "markersize": 2.5, "linewidth": 0.9}
             plot.convergence(data[f"n_{name}"], data[f"stated_{name}"][i], **line)

@@ -115,10 +115,10 @@ def albedo_to(
 
     Runs on the host; not differentiable (use `directional_albedo` with the rule that it names).
     """
-    eps = float(jnp.finfo(float).eps)
+    dtype = jax.dtypes.canonicalize_dtype(float)
+    eps = float(jnp.finfo(dtype).eps)
     require("budget", budget, Interval.parse("[1000, inf)"))
     if not 64 * eps <= rtol <= 1:
-        dtype = jnp.zeros(0).dtype
         raise ValueError(f"rtol = {rtol} is outside [{64 * eps:.1e}, 1], what {dtype} can hold")
     check_arguments(part, fixed, cos_theta_o)
     brdf = as_model(brdf)

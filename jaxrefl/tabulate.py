@@ -19,6 +19,7 @@ from .albedo import check_arguments, directional_albedo, rule_for
 from .brdf.protocol import BRDF
 from .chart import AlbedoRule
 from .files import write_atomically
+from .params import validate
 
 ENDINGS = (".npz", ".csv", ".exr")
 
@@ -111,13 +112,14 @@ def albedo_table(
         rule, part, fixed: as in `jaxrefl.albedo.directional_albedo`; the model's own rule of level 3 if None.
 
     Raises:
-        ValueError: an unknown parameter; a cosine out of its range.
+        ValueError: an unknown parameter; a value or a cosine out of its range.
     """
     rule = rule or rule_for(brdf)
     dtype = rule.weight.dtype
     values, mu = jnp.asarray(values, dtype), jnp.asarray(cos_theta_o, dtype)
     check_arguments(part, fixed, mu, brdf, rule)
-    replaced(brdf, parameter, values[0])
+    for value in np.asarray(values):
+        validate(replaced(brdf, parameter, value))
 
     @jax.jit
     def table(values: Array, mu: Array, rule: AlbedoRule) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .evaluate import ANGLES, Albedos, albedos, epsilon, refined
+from .evaluate import ANGLES, Albedos, albedos, epsilon, margin, refined
 from .report import Curve, Row
 from .subject import Subject, curve_rule
 
@@ -17,7 +17,7 @@ _ROUNDS = 3
 
 def _doubtful(found: Albedos) -> np.ndarray:
     """Whether an albedo may be above 1, and is not known well enough to say."""
-    return (abs(found.value - 1) <= found.error) & (found.error >= epsilon() ** 0.5)
+    return (abs(found.value - 1) <= margin(found.error)) & (found.error >= epsilon() ** 0.5)
 
 
 def energy(subject: Subject, fixed: str) -> Row:
@@ -31,7 +31,7 @@ def energy(subject: Subject, fixed: str) -> Row:
         return Row(name, "fails", float(curve.value[a, m, c]), where, "the albedo is no finite number")
     mu, phi, found = _searched(subject, curve, fixed)
     found = refined(subject.model, mu, phi, found, _doubtful, part=subject.part, fixed=fixed)
-    doubtful, creates = _doubtful(found), found.value - found.error > 1 + 4 * epsilon()
+    doubtful, creates = _doubtful(found), found.value - margin(found.error) > 1 + 4 * epsilon()
     score = np.where(creates, found.value, -np.inf) if creates.any() else found.value + found.error * doubtful
     k, c = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))
     value, error = float(found.value[k, c]), float(found.error[k, c])
@@ -45,7 +45,8 @@ def energy(subject: Subject, fixed: str) -> Row:
             more += f"; {below.value[0, c]:.6g} of it below the surface, where a model of reflection alone has to be 0"
         return Row(name, "fails", value, where, f"creates energy: {said.format('up to')}{more}", error)
     if doubtful.any():
-        return Row(name, "undecided", value, where, f"{said.format('up to')}: the error is too large to tell", error)
+        text = f"{said.format('up to')}: the error is too large to tell; kinks() of the model may name where it jumps"
+        return Row(name, "undecided", value, where, text, error)
     exactly = ", 1 within the error" if value + error > 1 else ""
     return Row(name, "ok", value, where, f"conserves energy: {said.format('at most')}{exactly}", error)
 
@@ -90,7 +91,7 @@ def furnace(subject: Subject) -> Row:
     above = curve.value - 1
     mean = float(np.mean(curve_rule()[1] @ curve.value))
     seen = f"mean radiance {mean:.6g}, from {curve.value.min():.6g} to {curve.value.max():.6g}"
-    fails = bool((above - curve.error).max() > 4 * epsilon())
+    fails = bool((above - margin(curve.error)).max() > 4 * epsilon())
     a, m, c = (int(i) for i in np.unravel_index(np.argmax(above if fails else abs(above)), above.shape))
     level = np.ptp(above) <= 2 * curve.error.max()
     where = "every pixel" if level else f"offset = {curve.offset[m]:.6g} of the radius"

@@ -19,6 +19,7 @@ from ..vec import Vec3
 ANGLES = 16
 """Angles that are integrated at a time."""
 _LEVELS = 4, 5, 6  # of the rule: at the first one the stated error of most models is 1e-11 or less
+_SLACK = 4.0
 _REFINED = 32  # angles at most that are integrated at the higher levels
 
 
@@ -65,6 +66,11 @@ def _albedos(model: Any, mu: Array, phi: Array, rule: AlbedoRule, part: str, fix
 def epsilon() -> float:
     """Unit of rounding of the default float dtype."""
     return float(jnp.finfo(jnp.zeros(0).dtype).eps)
+
+
+def margin(error: np.ndarray) -> np.ndarray:
+    """Distance at which a verdict is sure: the error of a rule that converges slowly, at a jump, is no strict bound."""
+    return np.where(error < epsilon() ** 0.5, error, _SLACK * error)
 
 
 def albedos(
