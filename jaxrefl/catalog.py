@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import sys
 from collections.abc import Sequence
@@ -61,9 +62,10 @@ def resolve(name: str) -> Any:
 def describe(model: Any) -> str:
     """Parameters of a model, one line each: name, range, default, meaning."""
     lines = []
-    for p in parameters(model):
+    for p in parameters(model) if hasattr(model, "__dataclass_fields__") else ():
         unit = f" {p.unit}" if p.unit else ""
-        lines.append(f"  {p.name} in {p.interval}{unit}, default {p.default}: {p.doc}")
+        default = "required" if p.default is dataclasses.MISSING else f"default {p.default}"
+        lines.append(f"  {p.name} in {p.interval}{unit}, {default}: {p.doc}")
     lines += [f"  {field} one of {', '.join(choices)}" for field, choices in _choices(model).items()]
     return "\n".join(lines) or "  (none)"
 

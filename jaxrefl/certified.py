@@ -15,8 +15,8 @@ from jax import Array
 from .albedo import Sums, chart_of, check_arguments, delta_parts, rounding, rule_for, stated_error, sums
 from .brdf.function import as_model
 from .brdf.protocol import BRDF
-from .chart import LEVELS, AlbedoRule, spread_rule
-from .params import Interval, foreign_classes, require
+from .chart import CHARTS, LEVELS, AlbedoRule, spread_rule
+from .params import Interval, foreign_classes, require, validate
 
 _CHUNK = 8192  # nodes handed over at a time: one size, one compilation per model and chart
 _FIRST = 3  # level to begin with; on the one before, a coincidence of rules that are all wrong is not rare
@@ -83,8 +83,8 @@ def _whole(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str,
         parts.append([np.asarray(x) for x in _partial_sums(brdf, cos_theta, phi, chunk, part, fixed, classes)])
     totals: Any = [np.apply_along_axis(math.fsum, 0, np.stack(column)) for column in zip(*parts, strict=True)]
     found = Sums(*totals)
-    spread = np.sqrt(np.maximum(2 * np.pi * totals[-1] - totals[0] ** 2, 0.0))
-    return _Smooth(totals[0], np.asarray(stated_error(found, rule.weight.dtype)), spread, rule.level)
+    spread = np.sqrt(np.maximum(2 * np.pi * found.square - found.fine**2, 0.0))
+    return _Smooth(totals[0], np.asarray(stated_error(found, rule.weight.dtype, rule.level)), spread, rule.level)
 
 
 def albedo_to(
@@ -111,9 +111,10 @@ def albedo_to(
         is what was reached, or the disagreement of the rules if that is larger.
 
     Raises:
-        ValueError: an argument out of its range; an rtol that the dtype cannot hold.
+        ValueError: an argument or a parameter of the model out of its range; an rtol that the dtype cannot hold.
 
-    Runs on the host; not differentiable (use `directional_albedo` with the rule that it names).
+    Runs on the host; not differentiable (use `directional_albedo` with the rule that it names). What can hide from all
+    rules is a glint of less than 1 % of the albedo and a degree across, away from where the charts have their edges.
     """
     dtype = jax.dtypes.canonicalize_dtype(float)
     eps = float(jnp.finfo(dtype).eps)
@@ -121,9 +122,12 @@ def albedo_to(
     if not 64 * eps <= rtol <= 1:
         raise ValueError(f"rtol = {rtol} is outside [{64 * eps:.1e}, 1], what {dtype} can hold")
     check_arguments(part, fixed, cos_theta_o)
+    validate(brdf)
     brdf = as_model(brdf)
     mu, phi = jnp.asarray(cos_theta_o, float), jnp.asarray(phi_o, float)
     first = chart or chart_of(brdf)
+    if first not in CHARTS:
+        raise ValueError(f"chart = {first!r} must be one of {', '.join(CHARTS)}")
     delta = np.asarray(delta_parts(brdf, mu, part))
     delta_error = rounding(mu.dtype) * abs(delta)
     spent, second = 0, _SECOND[first]

@@ -97,7 +97,7 @@ def albedo_rule(chart: str = "normal", level: int = 3, kinks: int = 0, dtype: An
         zero = np.zeros(len(mu), np.int32)
         table = (mu, mu_rest, phi, 1 - phi, zero, zero, *(np.where(which == i, weight, 0.0) for i in range(3)))
     else:
-        x, rest, *weights = double_exponential_nodes(level)
+        x, rest, *weights = double_exponential_nodes(level, dtype)
         panels = ({"normal": 2 + kinks, "mirror": 2, "half": 1}[chart], 4)
         i, j, a, b = (g.ravel() for g in np.indices((*panels, len(x), len(x))))
         table = (x[a], rest[a], x[b], rest[b], i, j, *(w[a] * w[b] for w in weights))

@@ -99,7 +99,7 @@ def albedo(
 
     jax.config.update("jax_enable_x64", True)
     angles, cosines = _cosines(theta)
-    check_arguments(part, fixed, cosines)
+    check_arguments(part, fixed, cosines, many=True)
     if (out is None) != (over is None):
         raise ValueError("-o FILE and --over NAME=LOW:HIGH:N go together: a table is over a parameter and the angle")
     brdf = as_model(_build(model, settings)[1])

@@ -167,7 +167,7 @@ class Sphere:
         h2 = self.radius * self.radius - dot(foot, foot)
         low, high = t_min + b, distance + b
         starts_inside, ends_inside = low * low < h2, high * high < h2
-        return (starts_inside ^ ends_inside) | (~starts_inside & (low < 0) & (high > 0) & (h2 > 0))
+        return ((starts_inside ^ ends_inside) | (~starts_inside & (low < 0) & (high > 0) & (h2 > 0))) & (low < high)
 
     def point(self, ray: Ray, own: Flag, far: Flag, here: Flag) -> Point:
         """Point of the chosen root, with derivatives (at grazing, where the true one is infinite, finite)."""

@@ -117,7 +117,7 @@ def albedo_table(
     rule = rule or rule_for(brdf)
     dtype = rule.weight.dtype
     values, mu = jnp.asarray(values, dtype), jnp.asarray(cos_theta_o, dtype)
-    check_arguments(part, fixed, mu, brdf, rule)
+    check_arguments(part, fixed, mu, brdf, rule, many=True)
     for value in np.asarray(values):
         validate(replaced(brdf, parameter, value))
 

@@ -43,7 +43,7 @@ MU = jnp.array([0.0, 1e-3, 0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 1.0])
 
 
 class Row(NamedTuple):
-    """Model and its verdicts; ``view`` and ``light``: where the albedo is largest, and how large, if that is above 1."""
+    """Model and its verdicts; ``view`` and ``light``: where the albedo is largest and how large, if above 1."""
 
     name: str
     model: Any
@@ -61,6 +61,7 @@ class Row(NamedTuple):
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
 TINT = (0.25, 0.5, 1.0)
+METAL = (0.1, 0.2, 0.3)
 AVERAGE = 0.04 + 0.96 / 21  # of 0.04 + 0.96 (1 - mu)^5
 BURLEY = 1.5 + 29 / 504  # the integral over (1 + e (1 - mu)^5)(1 + e), e = 1/2 + sin theta cos phi
 RISING = 1 - 0.045 / 0.42 + 0.225 / 2  # A + B / 2
@@ -92,26 +93,28 @@ ROWS = [
     Row("minnaert, darker", Minnaert(TINT, 1.5)),
     Row("coat", CoatedLambert(1.0, 1.5)),
     Row("coat, diamond", CoatedLambert(TINT, 2.4)),
-    Row("coat of nothing", CoatedLambert(1.0, 1.0)),
+    Row("coat of nothing", CoatedLambert(1.0, 1.0), derivatives=False),  # below eta = 1 there is total reflection
     Row("slab", Slab(1.5, 0.0)),
     Row("slab colours", Slab(2.4, TINT)),
-    Row("d3d9", D3D9(1.0, 0.0), view=(0.0, 2.0), light=(0.0, 2.0)),
-    Row("d3d9 metallic", D3D9(0.5, 0.3, p=2.5), view=(0.0, 1.35), light=(0.0, 1.35)),
+    Row("d3d9", D3D9(1.0, METAL), view=(0.0, 1.7), light=(0.0, 1.7)),
+    Row("d3d9 without metal", D3D9(1.0, 0.0), view=(0.0, 2.0), light=(0.0, 2.0), derivatives=False),  # |0| has a kink
+    Row("d3d9 metallic", D3D9(0.5, (0.3, 0.2, 0.1), p=2.5), view=(0.0, 1.35), light=(0.0, 1.35)),
     Row("d3d9 black", D3D9(0.0, TINT)),
-    Row("d3d9 sun", D3D9(1.0, 0.0, sun_fresnel=True), reciprocal=False, view=(0.0, 2 - AVERAGE)),
+    Row("d3d9 sun", D3D9(1.0, METAL, sun_fresnel=True), reciprocal=False, view=(0.0, 1 + 0.7 * (1 - AVERAGE))),
     Row(
         "d3d9 above 1",
-        D3D9(1.0, 0.0, r0=0.5, m=0.96, sun_fresnel=True),
+        D3D9(1.0, METAL, r0=0.5, m=0.96, sun_fresnel=True),
         non_negative=False,
         reciprocal=False,
-        view=(0.0, 1 + 0.96 - 0.96 / 21),
+        view=(0.0, 0.7 * (0.5 - 0.96 / 21) + 1.46 - 0.1 * 0.46),
+        light=(0.0, 1.46 - 0.8 * 0.46),
     ),
     Row("repaired", D3D9Repaired(1.0, 0.0)),
     Row("repaired metallic", D3D9Repaired(TINT, 0.3, p=2.5)),
     Row("repaired above 1", D3D9Repaired(1.0, 0.0, r0=0.5, m=0.96), non_negative=False),
     Row("mix", Mix(Lambert(1.0), ModifiedPhong(1.0, 20.0), TINT)),
     Row("mix of coats", Mix(CoatedLambert(1.0, 1.5), Slab(1.5, 0.3), 0.3)),
-    Row("mix with one that is not", Mix(Lambert(1.0), D3D9(1.0, 0.0), 0.25), view=(0.0, 1.25), light=(0.0, 1.25)),
+    Row("mix with one that is not", Mix(Lambert(1.0), D3D9(1.0, METAL), 0.25), view=(0.0, 1.175), light=(0.0, 1.175)),
     Row("scaled", Scaled(BlinnPhong(1.0, 10.0), TINT)),
     Row("scaled above 1", Scaled(EON(1.0, 0.5), 1.5), view=(np.nan, 1.5), light=(np.nan, 1.5)),
     Row("scaled literal", Scaled(LiteralPhong(1.0, 0.0, 10.0), 0.5)),
@@ -176,13 +179,10 @@ def pulled(model, wi, wo, cotangent):
 
 @jax.jit
 def pushed(model, wi, wo, tangent, cotangent):
-    """Forward mode along a tangent, of sum(cotangent f) and of its gradient, pair by pair."""
+    """Forward mode: derivative of sum(cotangent f) along a tangent, pair by pair."""
 
     def one(wi, wo):
-        def f(*x):
-            return jnp.sum(cotangent * x[0](x[1], x[2]))
-
-        return jax.jvp(jax.value_and_grad(f, (0, 1, 2)), (model, wi, wo), tangent)[1]
+        return jax.jvp(lambda *x: jnp.sum(cotangent * x[0](x[1], x[2])), (model, wi, wo), tangent)[1]
 
     return jax.vmap(one)(wi, wo)
 
@@ -253,7 +253,7 @@ def close(a, b, rtol, floor=0.0):
 
 
 def derivatives_agree(model):
-    """Forward = reverse = finite difference along a random tangent; the same for the gradient of the gradient."""
+    """Forward = reverse = finite difference along a random tangent of parameters and directions."""
     rng, point, h = np.random.default_rng(6), (model, *pairs(at_random(40, 5, 0.2))), 1e-5
     cotangent = jnp.array([0.5, -1.0, 2.0])
     tangent = jax.tree.map(lambda x: jnp.asarray(rng.normal(size=np.shape(x))), (model, ZERO, ZERO))
@@ -261,18 +261,11 @@ def derivatives_agree(model):
     def moved(step):
         return jax.tree.map(lambda x, t: x + step * t, point, tangent)
 
-    along, second = pushed(*point, tangent, cotangent)
-    by_reverse = sum(
-        np.sum((g * t).reshape(len(g), -1), axis=1)
-        for g, t in zip(leaves(pulled(*point, cotangent)), leaves(tangent), strict=True)
-    )
+    forward = pushed(*point, tangent, cotangent)
+    gradients = zip(leaves(pulled(*point, cotangent)), leaves(tangent), strict=True)
+    reverse = sum(np.sum((g * t).reshape(len(g), -1), axis=1) for g, t in gradients)
     ahead, behind = (jnp.sum(cotangent * values(*moved(step)), axis=-1) for step in (h, -h))
-    slopes = jax.tree.map(lambda a, b: (a - b) / (2 * h), *(pulled(*moved(step), cotangent) for step in (h, -h)))
-    return (
-        close(along, by_reverse, 1e-10, 1e-12)
-        and close(along, (ahead - behind) / (2 * h), 1e-5, 1e-7)
-        and close(second, slopes, 1e-4, 1e-4)
-    )
+    return close(forward, reverse, 1e-10, 1e-12) and close(forward, (ahead - behind) / (2 * h), 1e-5, 1e-7)
 
 
 def keeps_dtype(model):

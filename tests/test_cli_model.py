@@ -37,6 +37,11 @@ def grey(wi, wo):
     return jnp.where((wi.z < 0) | (wo.z < 0), 0.0, 0.25 / jnp.pi)
 
 
+class Bare:
+    def __call__(self, wi, wo):
+        return 0.1
+
+
 plain = from_numpy(lambda wi, wo: np.where((wi[:, 2] < 0) | (wo[:, 2] < 0), 0.0, 0.25 / np.pi))
 """
 
@@ -154,6 +159,13 @@ def test_a_wrong_parameter_is_one_message_with_the_list_and_exit_code_2(user_fil
     lines = result.stderr.strip().splitlines()
     assert lines[0].startswith("jaxrefl: b = 3.0 is outside [0, 1]; the parameters of ")
     assert lines[1:] == ["  rho in [0, 1], default 0.5: share [of all]", "  b in [0, 1], default 0.3: slope"]
+
+
+def test_a_class_that_declares_nothing_has_no_parameters(user_file):
+    result = invoke("albedo", f"'{user_file}:Bare'", "rho=1")
+    assert isinstance(result.exception, ValueError)
+    assert "'rho=1' is not a parameter of" in str(result.exception)
+    assert str(result.exception).endswith("(none)")
 
 
 def test_audit_prints_every_property_and_exits_with_its_verdict(tmp_path):

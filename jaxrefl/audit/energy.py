@@ -31,6 +31,11 @@ def energy(subject: Subject, fixed: str) -> Row:
         return Row(name, "fails", float(curve.value[a, m, c]), where, "the albedo is no finite number")
     mu, phi, found = _searched(subject, curve, fixed)
     found = refined(subject.model, mu, phi, found, _doubtful, part=subject.part, fixed=fixed)
+    strange = np.nonzero(~np.isfinite(found.value + found.error))
+    if strange[0].size:
+        k, c = (int(i[0]) for i in strange)
+        where = _where(subject, mu[k], phi[k], c, channels)
+        return Row(name, "fails", float(found.value[k, c]), where, "the albedo is no finite number")
     doubtful, creates = _doubtful(found), found.value - margin(found.error) > 1 + 4 * epsilon()
     score = np.where(creates, found.value, -np.inf) if creates.any() else found.value + found.error * doubtful
     k, c = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))

@@ -56,7 +56,7 @@ def negativity(subject: Subject) -> Row:
         return np.concatenate([values(subject.model, wi, wo), *below], axis=-1)
 
     below_all, x = maximise(lambda x: -sides(x).min(axis=-1), subject.dimension)
-    if not np.isfinite(below_all):
+    if below_all == -np.inf:
         return Row("negativity", "fails", None, "", "f is a number nowhere")
     found = sides(x[None])[0]
     k, channels = int(np.argmin(found)), found.size // (2 if subject.part == "both" else 1)

@@ -2,7 +2,8 @@
 
 A model is a class decorated with `jaxrefl.params.pytree`, with fields made by `jaxrefl.params.param` and one method
 ``__call__(wi, wo) -> (C,)``; ``mirror(cos_theta_o)`` and ``through(cos_theta_o)`` are its delta parts, ``chart`` and
-``kinks()`` tell the integrals where it is peaked and kinked, if it has any of these. There is no base class: a user's own model is a few lines in the user's own file.
+``kinks()`` tell the integrals where it is peaked and kinked, if it has any of these. There is no base class: a user's
+own model is a few lines in the user's own file.
 """
 
 from .coat import CoatedLambert as CoatedLambert

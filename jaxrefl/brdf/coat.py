@@ -30,8 +30,9 @@ class CoatedLambert:
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         rho, eta = floats(self.rho, self.eta)
         lit, seen = (1 - fresnel.dielectric(jnp.abs(mu), eta) for mu in (wi.z, wo.z))
-        inside = fresnel.average_dielectric(1 / eta)
-        return above(wi, wo, rho / (1 - rho * inside) * (lit * seen / (jnp.pi * eta * eta)))
+        # n^2 (1 - rho F_in), with 1 - F_in = (1 - F_out) / n^2 by reversal: nothing is lost where F_in is almost 1
+        kept = eta * eta * (1 - rho) + rho * (1 - fresnel.average_dielectric(eta))
+        return above(wi, wo, rho / kept * (lit * seen / jnp.pi))
 
     def mirror(self, cos_theta_o: Array) -> Float[Array, ""]:
         """Reflectance F of the coat."""
@@ -55,7 +56,7 @@ class Slab:
 
     def _both(self, cos_theta: Array) -> tuple[Array, Array]:
         depth, eta, mu = floats(self.depth, self.eta, cos_theta)
-        way = depth / fresnel.cos_theta_t(mu, eta)
+        way = safe_divide(depth, fresnel.cos_theta_t(mu, eta))  # no plate at all at grazing incidence for eta = 1
         tau, lost = jnp.exp(-way), -jnp.expm1(-way)
         r, t = jnp.zeros_like(way), jnp.zeros_like(way)
         for f in fresnel.dielectric_sp(mu, eta):

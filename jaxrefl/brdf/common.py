@@ -26,11 +26,11 @@ def from_mirror(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
 def from_normal(wi: Vec3, wo: Vec3) -> Float[Array, ""]:
     """1 - H . N for directions above the surface, accurate as `from_mirror`; 1 at wi = -wo, where H does not exist."""
     x, y, z = wi.x + wo.x, wi.y + wo.y, positive(wi.z + wo.z)
-    flat2 = x * x + y * y
-    length2 = flat2 + z * z
+    length2 = x * x + y * y + z * z
     safe = length2 > 0
     length = jnp.sqrt(jnp.where(safe, length2, 1.0))
-    return jnp.where(safe, flat2 / (length * (length + z)), 1.0)
+    x, y, z = x / length, y / length, z / length
+    return jnp.where(safe, (x * x + y * y) / (1 + z), 1.0)
 
 
 def tangential(wi: Vec3, wo: Vec3) -> Float[Array, ""]:

@@ -67,7 +67,7 @@ class BlinnPhong:
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         k_s, n = floats(self.k_s, self.shininess)
-        scale = (n + 2) * (n + 4) / (8 * jnp.pi * (jnp.exp2(-0.5 * n) + n))
+        scale = (n + 2) / (8 * jnp.pi) * ((n + 4) / (jnp.exp2(-0.5 * n) + n))
         return above(wi, wo, k_s * (scale * lobe(from_normal(wi, wo), n)))
 
 

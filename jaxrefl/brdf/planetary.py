@@ -42,6 +42,6 @@ class Minnaert:
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         scale, k = floats(self.scale, self.k)
         product = wi.z * wo.z
-        darker = safe_power(product, jnp.where(k > 1, k - 1, 0.0))
+        darker = safe_power(product, jnp.where(k >= 1, k - 1, 0.0))
         brighter = safe_divide(1.0, safe_power(product, jnp.where(k < 1, 1 - k, 0.0)))
         return above(wi, wo, scale * ((k + 1) / (2 * jnp.pi) * darker * brighter))
