@@ -34,7 +34,7 @@ from jaxrefl.brdf import (
     Scaled,
     Slab,
 )
-from jaxrefl.params import param, parameters
+from jaxrefl.params import param, parameters, pytree
 from jaxrefl.vec import Vec3
 
 ZERO = Vec3(0.0, 0.0, 0.0)
@@ -349,8 +349,7 @@ def test_every_model_of_the_catalog_and_both_combinators_have_at_least_two_rows(
 # --- models that are broken on purpose ---
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Broken:
     """Lambert with one thing wrong."""
 
@@ -360,36 +359,31 @@ class Broken:
         return jnp.where((wi.z < 0) | (wo.z < 0), 0.0, jnp.asarray(self.rho) / jnp.pi)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Negative(Broken):
     def __call__(self, wi, wo):
         return super().__call__(wi, wo) - 0.5 * self.rho * wi.z * wo.z
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class OneWay(Broken):
     def __call__(self, wi, wo):
         return super().__call__(wi, wo) * wi.z
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Bright(Broken):
     def __call__(self, wi, wo):
         return 3 * super().__call__(wi, wo)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Stolen(Broken):
     def mirror(self, cos_theta_o):
         return self.rho * (cos_theta_o - 0.5)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Grazing(Broken):
     """Its slope at the horizon is infinite."""
 
@@ -397,8 +391,7 @@ class Grazing(Broken):
         return super().__call__(wi, wo) * jnp.sqrt(jnp.abs(wi.z * wo.z))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Doubled(Broken):
     """Always computed in double precision."""
 
@@ -406,8 +399,7 @@ class Doubled(Broken):
         return super().__call__(wi, wo) * np.float64(1.0)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Traced(Broken):
     """Another formula where values cannot be seen."""
 
@@ -415,8 +407,7 @@ class Traced(Broken):
         return super().__call__(wi, wo) * (1.0 if isinstance(wi.z, jax.core.Tracer) else 0.9)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Detached(Broken):
     """A derivative is cut off."""
 
