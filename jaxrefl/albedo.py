@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Float
@@ -81,8 +82,8 @@ def check_arguments(
     if fixed not in FIXED:
         raise ValueError(f"fixed = {fixed!r} must be one of {', '.join(FIXED)}")
     require("cos_theta_o", cos_theta, Interval.parse("[0, 1]"))
-    if not many and jnp.ndim(cos_theta):
-        raise ValueError(f"cos_theta_o has shape {jnp.shape(cos_theta)}; it is a scalar, map over it with jax.vmap")
+    if not many and np.ndim(cos_theta):
+        raise ValueError(f"cos_theta_o has shape {np.shape(cos_theta)}; it is a scalar, map over it with jax.vmap")
     if rule is not None and rule.chart == "normal":
         panels, kinks = rule.kinks, kinks_of(brdf).shape[0]
         if panels != kinks:

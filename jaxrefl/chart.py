@@ -163,14 +163,15 @@ def _normal(rule: AlbedoRule, mu_o: Array, sin_o: Array, kinks: Array) -> Direct
 def _mirror(rule: AlbedoRule, mu_o: Array, sin_o: Array, kinks: Array) -> Direction:
     right = jnp.asarray(0.5 * jnp.pi, mu_o.dtype)
     c, s = _quarter(rule.v, rule.v_rest, rule.panel_v)  # c = 1 is toward the normal
-    horizon = jnp.arctan2(mu_o, -sin_o * c)
-    middle = jnp.minimum(horizon, right)
-    low, high = jnp.where(rule.panel_u == 0, 0.0, middle), jnp.where(rule.panel_u == 0, middle, horizon)
-    beta, height = low + (high - low) * rule.u, (horizon - high) + (high - low) * rule.u_rest
+    near = jnp.where(c > 0, right, jnp.arctan2(mu_o, -sin_o * c))  # as far as 90 degrees or the horizon
+    beyond = jnp.where(c > 0, jnp.arctan2(sin_o * c, mu_o), 0.0)
+    first = rule.panel_u == 0
+    width = jnp.where(first, near, beyond)
+    beta, height = jnp.where(first, 0.0, near) + width * rule.u, jnp.where(first, beyond, 0.0) + width * rule.u_rest
     sine, cosine = jnp.sin(beta), jnp.cos(beta)
     z = jnp.sqrt(mu_o * mu_o + (sin_o * c) ** 2) * jnp.sin(height)
     wi = Vec3(mu_o * c * sine - sin_o * cosine, s * sine, z)
-    return Direction(wi, sine * (high - low) * right)
+    return Direction(wi, sine * width * right)
 
 
 def _half(rule: AlbedoRule, mu_o: Array, sin_o: Array, kinks: Array) -> Direction:

@@ -25,6 +25,7 @@ from ..brdf import (
     Slab,
 )
 from ..chart import AlbedoRule
+from ..params import pytree
 from ..vec import Vec3
 from .table import Columns, HostColumns, evaluates
 
@@ -98,8 +99,7 @@ def _oren_nayar(c: Columns) -> dict[str, Array]:
     }
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class SingleScattering:
     """What is first order in rho of `EON`, with rho = 1: its lobe without the one of multiple scattering."""
 
