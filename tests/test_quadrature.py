@@ -347,3 +347,14 @@ def test_lambert_is_a_brdf_and_so_is_a_users_own_function():
 def test_lambert_reflects_nothing_below_the_horizon(z_i, z_o):
     wi, wo = (quadrature.Vec3.from_spherical(z, 0.3) for z in (z_i, z_o))
     np.testing.assert_array_equal(Lambert(np.array([0.5, 0.6]))(wi, wo), [0, 0])
+
+
+def test_evenly_spread_directions_are_unbiased_and_closer_than_random_ones_by_the_error_that_they_state():
+    keys = jax.random.split(jax.random.key(5), 64)  # of 64 estimates the mean is 8 times as good
+    found = jax.jit(jax.vmap(lambda key: quadrature.quasi_monte_carlo(lambda wi: wi.z, key, 16384)))(keys)
+    random = jax.jit(jax.vmap(lambda key: quadrature.monte_carlo(lambda wi: wi.z, key, 16384)))(keys)
+    assert abs(found.value.mean() - np.pi) < 4 * found.value.std() / 8
+    assert 0.7 < found.value.std() / found.error.mean() < 1.4
+    assert found.error.mean() < 0.15 * random.error.mean()
+    with pytest.raises(ValueError, match=r"n = 8 must be an integer in \[16, inf\)"):
+        quadrature.quasi_monte_carlo(lambda wi: wi.z, keys[0], 8)
