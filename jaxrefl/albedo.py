@@ -23,7 +23,7 @@ from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
-from .brdf.protocol import BRDF
+from .brdf.protocol import BRDF, DELTA_PARTS, chart_of, kinks_of
 from .chart import AlbedoRule, albedo_rule, direction
 from .params import Interval, checked, require
 from .quadrature import Estimate, HemisphereRule, accurate_sum, double_exponential, integrate, outermost
@@ -57,20 +57,13 @@ def hemispherical_directional_albedo(
     return integrate(lambda wi: brdf(wi, wo) * wi.z, rule)
 
 
-def chart_of(brdf: Any) -> str:
-    """Chart that suits a model: what its attribute ``chart`` says, "normal" otherwise."""
-    return str(getattr(brdf, "chart", "normal"))
-
-
-def kinks_of(brdf: Any, dtype: Any = None) -> Float[Array, " k"]:
-    """Cosines of theta_i at which a model has a kink: its method ``kinks()``, none otherwise."""
-    found = brdf.kinks() if hasattr(brdf, "kinks") else ()
-    return jnp.stack([jnp.asarray(x, dtype or float) for x in found]) if found else jnp.zeros(0, dtype or float)
+def _cosines(kinks: tuple[Any, ...], dtype: Any) -> Float[Array, " k"]:
+    return jnp.stack([jnp.asarray(x, dtype) for x in kinks]) if kinks else jnp.zeros(0, dtype)
 
 
 def rule_for(brdf: Any, level: int = 3, dtype: Any = None, chart: str | None = None) -> AlbedoRule:
     """Rule that suits a model, by its own declaration."""
-    return albedo_rule(chart or chart_of(brdf), level, kinks_of(brdf).shape[0], dtype)
+    return albedo_rule(chart or chart_of(brdf), level, len(kinks_of(brdf)), dtype)
 
 
 def check_arguments(
@@ -85,14 +78,14 @@ def check_arguments(
     if not many and np.ndim(cos_theta):
         raise ValueError(f"cos_theta_o has shape {np.shape(cos_theta)}; it is a scalar, map over it with jax.vmap")
     if rule is not None and rule.chart == "normal":
-        panels, kinks = rule.kinks, kinks_of(brdf).shape[0]
+        panels, kinks = rule.kinks, len(kinks_of(brdf))
         if panels != kinks:
             raise ValueError(f"rule has panels for {panels} kinks, the model has {kinks}; take rule_for(brdf)")
 
 
 def delta_parts(brdf: Any, cos_theta: Array, part: str) -> Any:
     """Delta parts at an angle."""
-    names = {"reflected": ("mirror",), "transmitted": ("through",), "both": ("mirror", "through")}[part]
+    names = {"reflected": DELTA_PARTS[:1], "transmitted": DELTA_PARTS[1:], "both": DELTA_PARTS}[part]
     return sum(getattr(brdf, name)(cos_theta) for name in names if hasattr(brdf, name))
 
 
@@ -112,10 +105,10 @@ class Sums(NamedTuple):
 
 def sums(brdf: Any, cos_theta: Array, phi: Array, rule: AlbedoRule, part: str, fixed: str) -> Sums:
     """Smooth part by the three rules, before anything is said about its error."""
-    kinks = kinks_of(brdf, cos_theta.dtype)
+    kinks = _cosines(kinks_of(brdf), cos_theta.dtype)
     sine = safe_sqrt((1 - cos_theta) * (1 + cos_theta))
-    here = Vec3(sine * jnp.cos(phi), sine * jnp.sin(phi), cos_theta)
     c, s = jnp.cos(phi), jnp.sin(phi)
+    here = Vec3(sine * c, sine * s, cos_theta)
     sides = {"reflected": (1,), "transmitted": (-1,), "both": (1, -1)}[part]
 
     def term(node: AlbedoRule) -> tuple[Array, Array]:

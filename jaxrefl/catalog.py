@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from . import brdf
 from .params import Param, parameters, validate
 
@@ -121,8 +123,6 @@ def _parse(setting: str, text: str, declared: Param | None, choices: tuple[str, 
         return numbers[0]
     if not declared.spectral:
         raise ValueError(f"{setting!r}: {declared.name} is a single number")
-    import numpy as np
-
     return np.array(numbers)
 
 

@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .albedo import Sums, chart_of, check_arguments, delta_parts, rounding, rule_for, stated_error, sums
+from .albedo import Sums, check_arguments, delta_parts, rounding, rule_for, stated_error, sums
 from .brdf.function import as_model
-from .brdf.protocol import BRDF
+from .brdf.protocol import BRDF, chart_of
 from .chart import CHARTS, LEVELS, AlbedoRule, spread_rule
 from .params import Interval, foreign_classes, require, validate
 

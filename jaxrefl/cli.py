@@ -24,6 +24,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from . import __version__, cli_model, cli_reference, cli_scene, gallery
+from .cli_model import show
 from .cli_scene import INTERRUPTED
 
 app = typer.Typer(
@@ -58,11 +59,6 @@ def main() -> None:
 def _progress(console: Console) -> Progress:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     return Progress(*columns, console=console, transient=True)
-
-
-def _print(table: Table) -> None:
-    """Table at its natural width when the output is a pipe, so that no number is cut."""
-    Console(width=None if sys.stdout.isatty() else 200).print(table)
 
 
 def _version(wanted: bool) -> None:
@@ -141,7 +137,7 @@ def _draw_all(
                 code, report = 1, f"FAILED: {type(error).__name__}: {error}"
             table.add_row(entry.name, f"{time.perf_counter() - start:.2f}", escape(report))
             progress.advance(task)
-    _print(table)
+    show(table)
     if code == 1:
         console.print("some figures failed; their message is in the summary")
     return code
@@ -175,8 +171,8 @@ def check(
         print(json.dumps({"version": __version__, "ok": not failed, "rows": [row._asdict() for row in rows]}, indent=1))
     else:
         if shown := failed if summary else rows:
-            _print(_row_table(shown))
-        _print(_block_table(rows))
+            show(_row_table(shown))
+        show(_block_table(rows))
         print(f"{len(rows)} rows, {len(failed)} failed{', interrupted' if interrupted else ''}")
     raise typer.Exit(INTERRUPTED if interrupted else 1 if failed else 0)
 
@@ -221,4 +217,4 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")]
     table = Table(show_header=False)
     for name, value in facts.items():
         table.add_row(name, escape(", ".join(value) if isinstance(value, list) else str(value)))
-    _print(table)
+    show(table)

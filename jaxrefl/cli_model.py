@@ -62,7 +62,7 @@ def _cosines(text: str) -> tuple[np.ndarray, np.ndarray]:
     return theta, np.sin(np.deg2rad(90.0 - theta))  # exactly 0 at 90 degrees
 
 
-def _show(table: Table) -> None:
+def show(table: Table) -> None:
     """Table at its natural width when the output is a pipe, so that no number is cut."""
     Console(width=None if sys.stdout.isatty() else 200).print(table)
 
@@ -120,7 +120,7 @@ def albedo(
     except KeyboardInterrupt:
         Console(stderr=True).print("interrupted: the lines of the table are complete")
         code = INTERRUPTED
-    _show(table)
+    show(table)
     raise typer.Exit(code)
 
 
@@ -167,7 +167,7 @@ def audit(
         for row in report.rows:
             number = "" if row.number is None else f"{row.number:.6g}"
             table.add_row(row.name, row.verdict, number, escape(row.where), escape(row.text))
-        _show(table)
+        show(table)
     if as_json not in (None, "-"):
         write_atomically(Path(str(as_json)), lambda part: part.write_text(report.to_json() + "\n", encoding="utf-8"))
     if html is not None:
@@ -234,4 +234,4 @@ def compare(
     rows = {"of f, 1/sr": found.absolute, "of f, relative": found.relative, "of f cos theta_i": found.reflected}
     for name, d in (rows | {"of the albedo": found.albedo}).items():
         table.add_row(name, f"{d.value:.6g}", escape(d.where), f"{d.a:.9g}", f"{d.b:.9g}")
-    _show(table)
+    show(table)

@@ -9,24 +9,20 @@ from typing import Annotated, Any
 
 import jax
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from . import __version__
+from .cli_model import Model, Settings, show
 
 app = typer.Typer()
 
-Settings = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="[NAME=VALUE]...", help="Parameters of the model, such as rho=0.9,0.5,0.1."),
-]
 SCHEMA = 1
 """Version of the JSON that `verify --json` prints."""
 
 
 @app.command()
 def oracle(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A name of the catalog, or path/to/file.py:Name.")],
+    model: Model,
     settings: Settings = None,
     n: Annotated[int, typer.Option("-n", help="Pairs of directions.")] = 1000,
     seed: Annotated[int, typer.Option(help="Of the directions.")] = 0,
@@ -91,7 +87,7 @@ def _report(found: Any, explanations: dict[str, Any]) -> None:
     table = Table("quantity", "rows", f"below {found.digits:g} digits", "median", "worst")
     for c in found.comparisons:
         table.add_row(c.quantity, str(c.points), str(c.failing), f"{c.median:.1f} digits", f"{c.worst:.1f} digits")
-    Console(width=200).print(table)
+    show(table)
     for c in found.comparisons:
         if c.failing:
             print(f"{c.quantity} is worst at {c.worst_at}: wi = {_text(c.wi)}; wo = {_text(c.wo)}")

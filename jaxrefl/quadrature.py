@@ -257,8 +257,7 @@ def quasi_monte_carlo(f: Callable[[Vec3], Array], key: Array, n: int, shifts: in
     """Integral of f over the hemisphere from n directions spread evenly, in ``shifts`` randomly displaced copies.
 
     The points are `spread_points`, each copy displaced at random, which makes the mean unbiased and its standard error
-    known. Arguments as for `monte_carlo`; n is rounded down to a multiple of
-    ``shifts``.
+    known. Arguments as for `monte_carlo`; n is rounded down to a multiple of ``shifts``.
     """
     each = _positive("n", n, _positive("shifts", shifts, 2)) // shifts
     lattice = jnp.asarray(spread_points(each), float)

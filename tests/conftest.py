@@ -1,10 +1,14 @@
 """Double precision for the session, one hypothesis profile, and a way back to JAX's float32 default."""
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Callable, Iterator
 
 import hypothesis
 import jax
+import numpy as np
 import pytest
+
+from jaxrefl import gallery
 
 jax.config.update("jax_enable_x64", True)
 hypothesis.settings.register_profile("jaxrefl", deadline=None, derandomize=True, max_examples=60)
@@ -24,3 +28,15 @@ def quick_compilation() -> Iterator[None]:
     jax.config.update("jax_disable_most_optimizations", True)
     yield
     jax.config.update("jax_disable_most_optimizations", False)
+
+
+@pytest.fixture(scope="module")
+def figure() -> Callable[[str], tuple[dict[str, np.ndarray], str]]:
+    """Computed data and caption of a figure, each computed once."""
+
+    @functools.cache
+    def get(name: str) -> tuple[dict[str, np.ndarray], str]:
+        entry = gallery.load(name)
+        return {key: np.asarray(value) for key, value in entry.compute().items()}, entry.caption
+
+    return get

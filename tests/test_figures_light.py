@@ -2,29 +2,10 @@
 
 import numpy as np
 import pytest
+from figure_claims import says
 
 from jaxrefl import gallery, plot, scene, scene_file
 from jaxrefl.image import encode_srgb
-
-
-@pytest.fixture(scope="module")
-def figure():
-    """Computed data and caption of a figure, each computed once."""
-    cache = {}
-
-    def get(name):
-        if name not in cache:
-            entry = gallery.load(name)
-            cache[name] = ({key: np.asarray(value) for key, value in entry.compute().items()}, entry.caption)
-        return cache[name]
-
-    return get
-
-
-def says(caption, *numbers):
-    """The caption contains each number, already rounded to the digits it prints."""
-    missing = [number for number in numbers if number not in caption]
-    assert not missing, f"{missing} not in: {caption}"
 
 
 def test_phong_lobes(figure):

@@ -17,7 +17,7 @@ from tracer_scenes import DOWN, ORIGIN, UP, ball, lamp, plane, quick_jit, quick_
 from jaxrefl import Vec3
 from jaxrefl.geometry import SKIP, Hit, Plane, Ray, Sphere, cosine, no_remedy, nudge, offset, refract, spawn, tolerance
 from jaxrefl.light import PointLight
-from jaxrefl.params import param
+from jaxrefl.params import param, pytree
 from jaxrefl.scene import Object, Scene
 from jaxrefl.surface import Local, Weights
 from jaxrefl.trace import trace
@@ -29,8 +29,7 @@ N = 4000  # rays of a batch: one size, one compilation
 MANY = 20_000  # where a million are asked for
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Probe:
     """Surface that shows its hits; ``outside`` and ``inside`` are what glass transmits to rays from there, 0 or 1."""
 

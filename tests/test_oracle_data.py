@@ -9,6 +9,7 @@ from fractions import Fraction
 import mpmath as mp
 import numpy as np
 import pytest
+from closed_albedos import walsh
 from oracle_table import ALBEDOS, BLOCKS, TABLE, Recomputed, number, single
 
 from jaxrefl.check.table import evaluators
@@ -65,18 +66,6 @@ def average(f, *breaks):
 def rms(f):
     """Root mean square of f(mu), uniform in theta."""
     return mp.sqrt(mp.quad(lambda t: f(mp.cos(t)) ** 2, [0, mp.pi / 4, mp.pi / 2]) * 2 / mp.pi)
-
-
-def walsh(n):
-    """Average of a dielectric, n > 1, in closed form (Walsh 1926)."""
-    n2, n4 = n * n, n**4
-    return (
-        mp.mpf(1) / 2
-        + (n - 1) * (3 * n + 1) / (6 * (n + 1) ** 2)
-        + n2 * (n2 - 1) ** 2 / (n2 + 1) ** 3 * mp.log((n - 1) / (n + 1))
-        - 2 * n**3 * (n2 + 2 * n - 1) / ((n2 + 1) * (n4 - 1))
-        + 8 * n4 * (n4 + 1) / ((n2 + 1) * (n4 - 1) ** 2) * mp.log(n)
-    )
 
 
 def lowest(f):

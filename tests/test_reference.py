@@ -216,16 +216,6 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize(("text", "message"), BAD.items(), ids=range(len(BAD)))
-def test_a_bad_table_is_refused_by_file_line_and_column(tmp_path, text, message):
-    path = tmp_path / "theirs.csv"
-    path.write_text(text)
-    with pytest.raises(ValueError) as caught:
-        read(path)
-    assert str(caught.value).startswith(str(path))
-    assert message in str(caught.value)
-
-
 BAD_JSON = {
     '{"wi": [[0, 0, 1]],\n "wo" [[0, 0, 1]]}': "line 2: Expecting ':' delimiter",
     '{"wi": [[0, 0, 1]], "wo": [[0, 0]], "f": [1]}': "wo: its shape is (1, 2)",
@@ -236,9 +226,12 @@ BAD_JSON = {
 }
 
 
-@pytest.mark.parametrize(("text", "message"), BAD_JSON.items(), ids=range(len(BAD_JSON)))
-def test_a_bad_json_is_refused_by_file_and_place(tmp_path, text, message):
-    path = tmp_path / "theirs.json"
+CASES = [("theirs.csv", *case) for case in BAD.items()] + [("theirs.json", *case) for case in BAD_JSON.items()]
+
+
+@pytest.mark.parametrize(("name", "text", "message"), CASES, ids=range(len(CASES)))
+def test_a_bad_table_is_refused_by_file_and_place(tmp_path, name, text, message):
+    path = tmp_path / name
     path.write_text(text)
     with pytest.raises(ValueError) as caught:
         read(path)

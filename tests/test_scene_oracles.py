@@ -1,6 +1,5 @@
 """Whole scenes through the tracer, against the bounce series of the table: glass sphere, corridor, three in a row."""
 
-import dataclasses
 import functools
 
 import jax
@@ -12,7 +11,7 @@ from oracle_table import BLOCKS
 from jaxrefl import fresnel
 from jaxrefl.camera import Orthographic, Pinhole
 from jaxrefl.geometry import Hit, Plane, Ray, Sphere
-from jaxrefl.params import param
+from jaxrefl.params import param, pytree
 from jaxrefl.render import render
 from jaxrefl.scene import Object, Scene
 from jaxrefl.surface import Blend, Dielectric, Local, Phong, Weights, Whitted
@@ -41,8 +40,7 @@ def down(*x):
 # --- the glass sphere ---
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class PolarizedGlass:
     """Two channels, the two polarisations: in a sphere the plane of incidence stays the same from hit to hit."""
 

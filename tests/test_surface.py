@@ -16,7 +16,7 @@ from jaxrefl import Vec3, brdf, fresnel
 from jaxrefl.camera import Orthographic
 from jaxrefl.geometry import Hit, Ray
 from jaxrefl.light import Directional, Illumination, PointLight
-from jaxrefl.params import param
+from jaxrefl.params import param, pytree
 from jaxrefl.render import render
 from jaxrefl.scene import Scene, Sky
 from jaxrefl.surface import D3D9, Blend, Coat, Conductor, Dielectric, Local, Phong, Surface, Weights, Whitted
@@ -346,8 +346,7 @@ def test_a_texture_may_stand_for_any_color_of_any_surface_on_plane_and_sphere():
 # ---------------------------------------------------------------- a user's own models
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Polaroid:
     """Mirror that reflects the s and the p part, in two channels, of a pane of glass."""
 
@@ -362,8 +361,7 @@ class Polaroid:
         return Weights(0.0, jnp.stack([(c - q) / (c + q), (self.eta**2 * c - q) / (self.eta**2 * c + q)]) ** 2)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Curtain:
     """Texture of stripes with a smooth edge."""
 
@@ -373,8 +371,7 @@ class Curtain:
         return self.color * jnp.sin(uv[0]) ** 2
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Tube:
     """Light along the x axis at a height: what falls on a point comes from the nearest place of the tube."""
 
@@ -389,8 +386,7 @@ class Tube:
         return Illumination(Vec3(0 * p.x, -p.y, self.height - p.z) / distance, distance, 1 / distance)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Stars:
     """Background that is bright along one axis."""
 
@@ -421,8 +417,7 @@ def test_surface_light_texture_and_background_of_a_user_render_without_touching_
     np.testing.assert_allclose(shown, [fresnel * 0.36 * np.array([5.0, 7.0])] * 2, rtol=1e-12)
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True, eq=False)
+@pytree
 class Matt:
     """Surface of any BRDF."""
 

@@ -57,7 +57,8 @@ def compare(a: Any, b: Any, below_deg: float = 90.0) -> Comparison:
         if 1 not in (f.shape[-1], g.shape[-1]) and f.shape != g.shape:
             raise ValueError(f"b has {g.shape[-1]} channels, a has {f.shape[-1]}")
         mu = np.asarray(wi.z)[:, None] if cosine else 1.0
-        return np.broadcast_arrays(f * mu, g * mu)  # type: ignore[return-value]
+        one, two = np.broadcast_arrays(f * mu, g * mu)
+        return one, two
 
     def largest(relative: bool = False, cosine: bool = False) -> Difference:
         def apart(f: np.ndarray, g: np.ndarray) -> np.ndarray:

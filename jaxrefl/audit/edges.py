@@ -15,9 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..albedo import delta_parts
 from ..params import foreign_classes
 from ..vec import Vec3
-from .evaluate import values
+from .evaluate import deltas, values
 from .report import Row
 from .search import unit
 from .subject import Subject, leaves_with_names
@@ -38,21 +39,11 @@ def lattice(above: bool = False) -> tuple[Vec3, Vec3]:
 
 
 @functools.partial(jax.jit, static_argnames="classes")
-def _deltas(model: Any, mu: Array, classes: Any) -> Array:
-    return jax.vmap(lambda mu: _delta_sum(model, mu))(mu)
-
-
-def _delta_sum(model: Any, mu: Array) -> Array:
-    names = [name for name in ("mirror", "through") if hasattr(model, name)]
-    return sum((jnp.sum(getattr(model, name)(mu)) for name in names), jnp.zeros_like(mu))
-
-
-@functools.partial(jax.jit, static_argnames="classes")
 def _gradients(model: Any, wi: Vec3, wo: Vec3, classes: Any) -> tuple[Any, Vec3, Vec3]:
     """Derivatives of the sum over the channels, delta parts of the view included."""
 
     def total(model: Any, wi: Vec3, wo: Vec3) -> Array:
-        return jnp.sum(model(wi, wo)) + _delta_sum(model, jnp.abs(wo.z))
+        return jnp.sum(model(wi, wo)) + jnp.sum(delta_parts(model, jnp.abs(wo.z), "both"))
 
     return jax.vmap(jax.grad(total, argnums=(0, 1, 2)), in_axes=(None, 0, 0))(model, wi, wo)
 
@@ -68,7 +59,7 @@ def finite_values(subject: Subject) -> Row:
     """Row of the pairs at which the value, or a delta part, is NaN or infinite."""
     wi, wo = lattice(subject.reflects_only)
     f = values(subject.model, wi, wo)
-    delta = np.asarray(_deltas(subject.model, jnp.abs(wo.z), foreign_classes(subject.model)))
+    delta = deltas(subject.model, np.abs(np.asarray(wo.z))).sum(axis=-1)
     bad = ~(np.isfinite(f).all(axis=-1) & np.isfinite(delta))
     if not bad.any():
         return Row("finite_values", "ok", 0.0, "", f"finite at all {bad.size} pairs of the edge lattice")

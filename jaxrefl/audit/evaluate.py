@@ -12,6 +12,7 @@ import numpy as np
 from jax import Array, lax
 
 from ..albedo import directional_albedo, rule_for
+from ..brdf.protocol import DELTA_PARTS
 from ..chart import AlbedoRule
 from ..params import foreign_classes
 from ..vec import Vec3
@@ -43,7 +44,7 @@ def values(model: Any, wi: Vec3, wo: Vec3) -> np.ndarray:
 @functools.partial(jax.jit, static_argnames="classes")
 def _deltas(model: Any, mu: Array, classes: Any) -> Array:
     def both(mu: Array) -> Array:
-        found = [jnp.ravel(getattr(model, name)(mu)) for name in ("mirror", "through") if hasattr(model, name)]
+        found = [jnp.ravel(getattr(model, name)(mu)) for name in DELTA_PARTS if hasattr(model, name)]
         return jnp.concatenate(found) if found else jnp.zeros(1, mu.dtype)
 
     return jax.vmap(both)(mu)

@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..albedo import chart_of
+from ..brdf.protocol import chart_of, kinks_of
 from ..params import foreign_classes, pytree
+from ..quadrature import spread_points
 from ..safe import safe_divide
 from ..vec import Vec3, cross, norm
 from .evaluate import albedos, epsilon, margin, refined
@@ -27,9 +28,8 @@ _SAMPLES = 256  # per angle
 _ROUGH = 1e-4  # error of an integral of 1 that is worth a finer rule; lobes with an edge below the surface have it
 
 
-@pytree
-class _Density:
-    """A density as a reflection model whose albedo is its integral."""
+class _Of:
+    """Another function of the directions of a model, integrated as the model is."""
 
     model: Any
 
@@ -38,21 +38,24 @@ class _Density:
         return chart_of(self.model)
 
     def kinks(self) -> tuple[Any, ...]:
-        return tuple(self.model.kinks()) if hasattr(self.model, "kinks") else ()
+        return kinks_of(self.model)
+
+
+@pytree
+class _Density(_Of):
+    """A density as a reflection model whose albedo is its integral."""
+
+    model: Any
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Array:
         return safe_divide(self.model.pdf(wi, wo), jnp.abs(wi.z))
 
 
 @pytree
-class _Missed:
+class _Missed(_Of):
     """What a model reflects into directions that it never samples."""
 
     model: Any
-
-    @property
-    def chart(self) -> str:
-        return chart_of(self.model)
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Array:
         return jnp.where(self.model.pdf(wi, wo) > 0, 0.0, jnp.max(jnp.abs(jnp.atleast_1d(self.model(wi, wo)))))
@@ -116,8 +119,7 @@ def _draw(model: Any, wo: Vec3, u1: Array, u2: Array, classes: Any) -> dict[str,
 def _drawn(subject: Subject) -> tuple[dict[str, np.ndarray], list[str]]:
     """Samples on an even lattice of the square from each angle, and where they were drawn."""
     elevation, phi = _views(subject)
-    g = 1.324717957244746
-    u = (np.outer(1 + np.arange(_SAMPLES), [1 / g, 1 / g**2])) % 1
+    u = spread_points(_SAMPLES + 1).T[1:]
     where = [f"{_at(subject, e, p)}, u = ({a:.4f}, {b:.4f})" for e, p in zip(elevation, phi, strict=True) for a, b in u]
     wo = unit(np.repeat(elevation, _SAMPLES), np.repeat(phi, _SAMPLES))
     u1, u2 = (jnp.asarray(np.tile(u[:, i], elevation.size), float) for i in (0, 1))

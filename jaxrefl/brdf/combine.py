@@ -11,21 +11,12 @@ from jaxtyping import Float
 from ..params import floats, param, pytree
 from ..vec import Vec3
 from .lambert import Lambert
+from .protocol import chart_of, kinks_of
 
 
 def _part(model: Any, name: str, cos_theta: Array) -> Any:
     """Delta part of a model, 0 where it has none."""
     return getattr(model, name)(cos_theta) if hasattr(model, name) else 0.0 * cos_theta
-
-
-def _chart(*models: Any) -> str:
-    """Chart of the models if they agree, the one for everything otherwise."""
-    charts = {getattr(model, "chart", "normal") for model in models}
-    return charts.pop() if len(charts) == 1 else "normal"
-
-
-def _kinks(*models: Any) -> tuple[Any, ...]:
-    return tuple(kink for model in models if hasattr(model, "kinks") for kink in model.kinks())
 
 
 @pytree
@@ -38,11 +29,11 @@ class Scaled:
     @property
     def chart(self) -> str:
         """That of the base."""
-        return _chart(self.base)
+        return chart_of(self.base)
 
     def kinks(self) -> tuple[Any, ...]:
         """Those of the base."""
-        return _kinks(self.base)
+        return kinks_of(self.base)
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         (factor,) = floats(self.factor)
@@ -68,11 +59,11 @@ class Mix:
     @property
     def chart(self) -> str:
         """That of both, if they agree."""
-        return _chart(self.a, self.b)
+        return chart_of(self.a, self.b)
 
     def kinks(self) -> tuple[Any, ...]:
         """Those of both."""
-        return _kinks(self.a, self.b)
+        return kinks_of(self.a, self.b)
 
     def __call__(self, wi: Vec3, wo: Vec3) -> Float[Array, "*C"]:
         (weight,) = floats(self.weight)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import jax
@@ -11,18 +11,21 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..albedo import chart_of, directional_albedo, kinks_of, rule_for
+from ..albedo import directional_albedo, rule_for
+from ..brdf.function import as_model
+from ..brdf.protocol import chart_of, kinks_of
 from ..params import foreign_classes
 from ..quadrature import Estimate
 from ..vec import Vec3
 
 
 def _rule_key(model: Any) -> str:
-    return f"{chart_of(model)} {kinks_of(model).shape[0]}"
+    return f"{chart_of(model)} {len(kinks_of(model))}"
 
 
+@functools.partial(jax.jit, static_argnames=("part", "fixed", "classes"))
 def _over_angles(
-    models: list[Any], mu: Array, rules: dict[str, Any], part: str, fixed: str, classes: Any = ()
+    models: list[Any], mu: Array, rules: dict[str, Any], part: str, fixed: str, classes: Any
 ) -> list[Estimate]:
     def all_of_them(mu: Array) -> list[Estimate]:
         return [directional_albedo(model, mu, rules[_rule_key(model)], part=part, fixed=fixed) for model in models]
@@ -30,21 +33,9 @@ def _over_angles(
     return lax.map(all_of_them, mu)
 
 
-def _over_pairs(models: list[Any], wi: Vec3, wo: Vec3, classes: Any = ()) -> list[Array]:
-    return [jax.vmap(model)(wi, wo) for model in models]
-
-
-_COMPILED = {
-    _over_angles: jax.jit(_over_angles, static_argnames=("part", "fixed", "classes")),
-    _over_pairs: jax.jit(_over_pairs, static_argnames="classes"),
-}
-
-
-def _run(function: Callable[..., Any], models: list[Any], *arguments: Any, **static: Any) -> Any:
-    """Compiled call: once per list of classes for models that are pytrees, each time if one is a plain function."""
-    if any(jax.tree_util.all_leaves([model]) for model in models):
-        return jax.jit(functools.partial(function, models, **static))(*arguments)
-    return _COMPILED[function](models, *arguments, **static, classes=foreign_classes(models))
+@functools.partial(jax.jit, static_argnames="classes")
+def _over_pairs(model: Any, wi: Vec3, wo: Vec3, classes: Any) -> Array:
+    return jax.vmap(model)(wi, wo)
 
 
 def albedos(
@@ -66,11 +57,12 @@ def albedos(
     Returns:
         Estimate(value, error), each (M,) or (M, C); or a dict label -> Estimate.
     """
-    models = model if isinstance(model, Mapping) else {"": model}
+    given = model if isinstance(model, Mapping) else {"": model}
+    models = {name: as_model(one) for name, one in given.items()}
     theta = np.linspace(0.0, 90.0, 91) if theta_deg is None else np.asarray(theta_deg, float)
     mu = jnp.asarray(np.sin(np.deg2rad(90.0 - theta)))  # exactly 0 at 90 degrees
     rules = {_rule_key(one): rule_for(one, level) for one in models.values()}
-    found = _run(_over_angles, list(models.values()), mu, rules, part=part, fixed=fixed)
+    found = _over_angles(list(models.values()), mu, rules, part, fixed, foreign_classes(models))
     named = dict(zip(models, jax.tree.map(np.asarray, found), strict=True))
     return named if isinstance(model, Mapping) else named[""]
 
@@ -107,5 +99,5 @@ def slice_values(model: Any, samples: int = 90, phi_d_deg: float = 90.0) -> np.n
 
 def _over_grid(model: Any, wi: list[np.ndarray], wo: list[np.ndarray]) -> np.ndarray:
     flat = [Vec3(*(jnp.asarray(part.ravel(), float) for part in w)) for w in (wi, wo)]
-    values = np.asarray(_run(_over_pairs, [model], *flat)[0])
+    values = np.asarray(_over_pairs(as_model(model), *flat, foreign_classes(model)))
     return values.reshape(wi[0].shape + values.shape[1:])

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..quadrature import spread_points
+
 GRAZING = 1e-3
 """Smallest cosine of a direction: at 0 several models diverge."""
 _MOST_VIEWS = 64
-_PLASTIC = 1.32471795724474602596  # root of x^3 = x + 1: multiples of 1/x, 1/x^2 fill the square evenly
 
 
 class Directions(NamedTuple):
@@ -34,7 +35,7 @@ def _unit(cos_theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
 def _even(n: int, shift: np.ndarray) -> np.ndarray:
     """(n, 2) points that fill the unit square evenly."""
-    return (shift + np.arange(1, n + 1)[:, None] / np.array([_PLASTIC, _PLASTIC**2])) % 1.0
+    return (shift + spread_points(n + 1).T[1:]) % 1.0
 
 
 def _edges(mu: float, phi: float) -> np.ndarray:

@@ -11,12 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..brdf.function import as_model
+from ..brdf.protocol import DELTA_PARTS
 from ..certified import albedo_to
 from ..params import foreign_classes, validate
 from ..vec import Vec3
 from .directions import spread_directions
-
-DELTA_PARTS = ("mirror", "through")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
