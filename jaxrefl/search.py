@@ -102,23 +102,25 @@ def closest_hit(scene: Stage, ray: Ray, origin: Origin, remedy: Remedy) -> Found
     """Nearest primitive; of equal distances the lower number wins.
 
     The loop carries distance and code as the two parts of one complex number: two results would be two kernels, each of
-    which computes everything (measured: 2.5 times slower). A part holds a code up to 2^24 exactly in float32.
+    which computes everything (measured: 2.5 times slower). A part holds a code up to 2^24 exactly in float32. Within a
+    kind the numbers rise, so that the first of equal distances is the lower number.
     """
     ray, origin, t_min = lax.stop_gradient((ray, origin, jnp.asarray(remedy.t_min, ray.origin.x.dtype)))
     dtype = ray.origin.x.dtype
     own = jnp.where(jnp.isfinite(origin.chord), 2 * origin.left + 1, -2).astype(dtype)
     best = lax.complex(origin.chord, own)
+    nothing = lax.complex(jnp.full_like(origin.chord, jnp.inf), jnp.full_like(origin.chord, -2))
     for kind in scene.kinds:
         shapes, ids = lax.stop_gradient(kind.shape), jnp.asarray(kind.ids, jnp.int32)
 
         def nearer(i: Array, best: Array, shapes: Any = shapes, ids: Array = ids) -> Array:
             root = at(shapes, i).roots(ray, t_min)
             code = (2 * ids[i] + root.far).astype(dtype)
-            tie = (root.t == best.real) & (code < best.imag) & (best.imag >= 0)
-            better = ((root.t < best.real) | tie) & (ids[i] != origin.left)
-            return jnp.where(better, lax.complex(root.t, code), best)
+            return jnp.where((root.t < best.real) & (ids[i] != origin.left), lax.complex(root.t, code), best)
 
-        best = lax.fori_loop(0, len(kind.ids), nearer, best, unroll=min(UNROLLED, len(kind.ids)))
+        other = lax.fori_loop(0, len(kind.ids), nearer, nothing, unroll=min(UNROLLED, len(kind.ids)))
+        tie = (other.real == best.real) & (other.imag >= 0) & (other.imag < best.imag)
+        best = jnp.where((other.real < best.real) | tie, other, best)
     return Found(best.real, best.imag.astype(jnp.int32))
 
 
