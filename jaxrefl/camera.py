@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .geometry import Ray
-from .params import is_concrete, param, pytree
+from .params import Interval, is_concrete, param, pytree, require
 from .vec import Vec3, cross, normalize
 
 
@@ -40,6 +40,14 @@ def check(camera: Any) -> None:
     sine = np.linalg.norm(np.cross(view, up))
     if sine <= 1e-7 * np.linalg.norm(view) * np.linalg.norm(up):
         raise ValueError(f"camera.up = {up.tolist()} is parallel to the view {view.tolist()}; it must not be")
+
+
+def check_size(width: int, height: int, spp: int) -> None:
+    """Raise `ValueError` for a size that is no whole number from 1."""
+    for name, value in (("width", width), ("height", height), ("spp", spp)):
+        require(name, value, Interval.parse("[1, inf)"))
+        if not isinstance(value, (int, np.integer)):
+            raise ValueError(f"{name} = {value!r} is not a whole number")
 
 
 @pytree

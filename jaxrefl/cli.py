@@ -23,7 +23,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from . import __version__, cli_model, cli_reference, cli_scene, gallery
+from . import __version__, cli_materials, cli_model, cli_reference, cli_scene, gallery
 from .cli_model import show
 from .cli_scene import INTERRUPTED
 
@@ -36,6 +36,7 @@ app = typer.Typer(
 app.add_typer(cli_scene.app)
 app.add_typer(cli_model.app)
 app.add_typer(cli_reference.app)
+app.add_typer(cli_materials.app)
 
 
 def main() -> None:
@@ -199,7 +200,7 @@ def _block_table(rows: Sequence[Any]) -> Table:
 @app.command()
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False) -> None:
     """Versions, devices and default dtype: what to put into a bug report."""
-    packages = ("jax", "jaxlib", "numpy", "matplotlib", "colour-science", "pydantic", "imageio", "pillow")
+    packages = ("jax", "jaxlib", "numpy", "matplotlib", "colour-science", "optimistix", "pydantic", "imageio", "pillow")
     facts: dict[str, Any] = {
         "jaxrefl": __version__,
         "python": platform.python_version(),

@@ -109,10 +109,15 @@ def openexr() -> Any:
 
 
 def exr_channels(image: Any, half: bool = False) -> dict[str, np.ndarray]:
-    """Channels of an EXR file: R, G, B or Y or radiance.000 and so on, A, Z and normal.X, .Y, .Z."""
+    """Channels of an EXR file: R, G, B or Y or radiance.000 and so on, A, Z and normal.X, .Y, .Z.
+
+    A picture by wavelength has S0.550,000000nm and so on. Source: Fichet, Pacanowski & Wilkie, JCGT 10(3), 2021.
+    """
     radiance = np.asarray(image.radiance)
     count = radiance.shape[-1]
     names = CHANNELS.get(count) or tuple(f"radiance.{i:03d}" for i in range(count))
+    if hasattr(image, "wavelength_nm"):
+        names = tuple(f"S0.{w:.6f}nm".replace(".", ",").replace(",", ".", 1) for w in np.asarray(image.wavelength_nm))
     kind = np.float16 if half else np.float32
     largest = float(np.finfo(kind).max)
     channels = {name: np.clip(radiance[..., i], -largest, largest).astype(kind) for i, name in enumerate(names)}
@@ -132,6 +137,8 @@ def write_exr(path: Path, image: Any, *, half: bool = False, metadata: Mapping[s
         "software": f"jaxrefl {__version__}",
         KEY: _facts(metadata),
     }
+    if hasattr(image, "wavelength_nm"):
+        header |= {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1"}
     write_atomically(path, lambda part: module.File(header, channels).write(str(part)))
 
 

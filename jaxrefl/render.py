@@ -22,7 +22,7 @@ from jaxtyping import Float
 from . import camera as cameras
 from . import d3d9
 from .geometry import SKIP, Ray, Remedy
-from .params import Interval, foreign_classes, require
+from .params import foreign_classes
 from .path import Budget, Options
 from .scene import Scene, canonical_model, check, check_model
 from .stage import stage
@@ -104,12 +104,12 @@ class Job(NamedTuple):
     seed: Any
 
 
-def plan_of(width: int, height: int, **settings: Any) -> Plan:
+def plan_of(width: int, height: int, tile: int | None = None, **settings: Any) -> Plan:
     """Plan with strips, and tiles, of equal size."""
     strips = math.ceil(height / STRIP)
     rows = math.ceil(height / strips)
     pixels = strips * rows * width
-    tiles = math.ceil(pixels / TILE)
+    tiles = math.ceil(pixels / (tile or TILE))
     return Plan(width, height, rows=rows, tile=math.ceil(pixels / tiles), tiles=tiles, **settings)
 
 
@@ -185,7 +185,12 @@ def _band(job: Job, first: Array, samples: Array, plan: Plan, count: int, device
     return jax.shard_map(mine, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)(starts)
 
 
-def _image(trace: Trace, plan: Plan) -> Image:
+def tiles(job: Job, plan: Plan, devices: tuple[Any, ...]) -> Trace:
+    """All tiles and samples of a picture; traceable."""
+    return _band(job, jnp.int32(0), jnp.arange(plan.spp, dtype=jnp.int32), plan, plan.tiles, devices)
+
+
+def picture(trace: Trace, plan: Plan) -> Image:
     """Picture of the tiles of a finished render."""
     strips = math.ceil(plan.height / plan.rows)
 
@@ -228,6 +233,7 @@ def render(
     account: bool = True,
     progress: Callable[[int, int, int], None] | None = None,
     devices: Sequence[Any] | None = None,
+    tile: int | None = None,
 ) -> Image:
     """Picture of a scene.
 
@@ -241,16 +247,14 @@ def render(
         alpha: "premultiplied", or "printed": max(d_a, |R_tot|), D3D9 (7).
         progress: called with (samples done, samples in all, rays traced so far) after each band; not traceable.
         devices: share the tiles among these; the image is the same.
+        tile: rays of a tile, about; of influence on speed and memory alone.
 
     Raises:
         ValueError: a value out of its range.
 
     Differentiable in every leaf of scene and camera, except for the motion of edges.
     """
-    for name, value in (("width", width), ("height", height), ("spp", spp)):
-        require(name, value, Interval.parse("[1, inf)"))
-        if not isinstance(value, (int, np.integer)):
-            raise ValueError(f"{name} = {value!r} is not a whole number")
+    cameras.check_size(width, height, spp)
     if alpha not in ALPHAS:
         raise ValueError(f"alpha = {alpha!r} must be one of {', '.join(ALPHAS)}")
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
@@ -258,21 +262,17 @@ def render(
     check_model(camera, "camera")
     cameras.check(camera)
     loop = {"n_bounces": n_bounces, "spp": spp, "max_nodes": max_nodes, "max_waiting": max_waiting}
-    plan = plan_of(width, height, **loop, account=account, classes=foreign_classes((scene, camera)))
+    plan = plan_of(width, height, tile, **loop, account=account, classes=foreign_classes((scene, camera)))
     job = Job(scene, camera, Options(remedy, min_weight, n_bounces), seed)
-    samples = jnp.arange(spp, dtype=jnp.int32)
     places = tuple(devices or ())
-    if progress is not None:
-        traced = _in_bands(job, plan, places, progress)
-    else:
-        traced = _band(job, jnp.int32(0), samples, plan, plan.tiles, places)
-    image = _image(traced, plan)
+    traced = tiles(job, plan, places) if progress is None else _in_bands(job, plan, places, progress)
+    image = picture(traced, plan)
     if alpha == "premultiplied":
         return image
     job, local = job._replace(options=job.options._replace(n_bounces=0)), plan._replace(n_bounces=0)
-    first = _band(job, jnp.int32(0), samples, local, plan.tiles, places)
-    coverage = _image(traced._replace(alpha=traced.coverage), plan).alpha
-    r_tot = jnp.maximum(image.radiance - _image(first, plan).radiance, 0.0)
+    first = tiles(job, local, places)
+    coverage = picture(traced._replace(alpha=traced.coverage), plan).alpha
+    r_tot = jnp.maximum(image.radiance - picture(first, plan).radiance, 0.0)
     return image._replace(alpha=jax.vmap(jax.vmap(d3d9.alpha_printed))(coverage, r_tot))
 
 

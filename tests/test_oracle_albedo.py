@@ -205,6 +205,14 @@ def _(row):
     return {"albedo_dir": total(reflectance(mu, n)), "f_d_i_to_normal": point, "albedo_bh": total(outside)}
 
 
+@recomputes("E.ar_coating", "single")
+def _(_):
+    first, second = ((1 - n) / (1 + n) for n in (mp.mpf("1.38"), mp.mpf("1.52") / mp.mpf("1.38")))
+    waves = [first] + [-(1 - first**2) * second * (first * second) ** j for j in range(40)]  # half a turn per passage
+    bare = (mp.mpf("1.52") - 1) / (mp.mpf("1.52") + 1)
+    return {"R": mp.fsum(waves) ** 2, "uncoated": bare**2}
+
+
 @recomputes("G.phong_literal")
 def _(row):
     ratio = phong_moment(row["n"], mp.radians(row["theta_deg"])) / cos(row["theta_deg"])

@@ -308,7 +308,8 @@ MISTAKES = {
     ),
     "unknown type": (
         edit(surface='type = "Glass"'),
-        f'{SURFACE}.type = "Glass" is not one of Phong, Blend, Whitted, D3D9, Dielectric, Conductor, Coat, BRDF',
+        f'{SURFACE}.type = "Glass" is not one of Phong, Blend, Whitted, D3D9, Dielectric, Conductor, Coat, ThinFilm, '
+        "BRDF",
     ),
     "type of another place": (edit(shape='type = "Phong"'), 'objects.glass.shape.type = "Phong" is not one of Sphere, Plane'),  # noqa: E501
     "type that is no string": (edit(shape="type = [1]"), "objects.glass.shape.type = [1] is not one of Sphere, Plane"),

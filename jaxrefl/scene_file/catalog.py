@@ -12,7 +12,7 @@ from ..light import Ambient, Directional, PointLight, Spot
 from ..params import param
 from ..render import ALPHAS
 from ..scene import Sky
-from ..surface import D3D9, Blend, BRDFSurface, Coat, Conductor, Dielectric, Phong, Whitted
+from ..surface import D3D9, Blend, BRDFSurface, Coat, Conductor, Dielectric, Phong, ThinFilm, Whitted
 from ..texture import Checker, ImageTexture
 
 SHAPES: dict[str, Any] = {"Sphere": Sphere, "Plane": Plane}
@@ -25,6 +25,7 @@ SURFACES: dict[str, Any] = {
     "Dielectric": Dielectric,
     "Conductor": Conductor,
     "Coat": Coat,
+    "ThinFilm": ThinFilm,
     "BRDF": BRDFSurface,
 }
 BRDFS: dict[str, Any] = {cls.__name__: cls for cls in MODELS.values()}

@@ -59,7 +59,9 @@ def _number(value: Any) -> Any:
     array = np.asarray(value)
     if array.ndim:
         return [_number(item) for item in array]
-    return float(str(array[()])) if array.dtype.kind == "f" else array.item()
+    if array.dtype.kind != "f" or not np.isfinite(array):
+        return array.item()
+    return float(np.format_float_scientific(array[()]))  # str() is at the mercy of numpy's print options
 
 
 def _vector(value: Any) -> Any:
