@@ -61,7 +61,8 @@ def _number(value: Any) -> Any:
         return [_number(item) for item in array]
     if array.dtype.kind != "f" or not np.isfinite(array):
         return array.item()
-    return float(np.format_float_scientific(array[()]))  # str() is at the mercy of numpy's print options
+    scalar: Any = array[()]
+    return float(np.format_float_scientific(scalar))  # str() is at the mercy of numpy's print options
 
 
 def _vector(value: Any) -> Any:
