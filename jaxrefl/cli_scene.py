@@ -85,6 +85,7 @@ def render(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Such as objects.glass.surface.eta=1.33.")
     ] = None,
+    gamut: Annotated[str, typer.Option(help="Colours no screen shows, in a PNG: clip or desaturate.")] = "clip",
     transparent: Annotated[bool, typer.Option("--transparent", help="Write the coverage into the PNG.")] = False,
     half: Annotated[bool, typer.Option("--half", help="Write half floats into the EXR.")] = False,
 ) -> None:
@@ -92,6 +93,7 @@ def render(
     import jax
 
     from . import image, scene_file
+    from .colourspace import GAMUTS
     from .render import render as render_image
 
     with suppress(RuntimeError):  # somebody has computed in this process before
@@ -102,6 +104,8 @@ def render(
     changes = overrides(given, settings or [])
     loaded = scene_file.load(scene_file.find(scene), settings=changes)
     s = loaded.settings
+    if gamut not in GAMUTS:
+        raise ValueError(f"--gamut = {gamut!r} must be one of {', '.join(GAMUTS)}")
     paths = list(dict.fromkeys(out or [Path(f"{Path(scene).stem}.png")]))
     for path in paths:
         image.format_of(path, loaded.channels)
@@ -122,7 +126,7 @@ def render(
         for path in paths:
             image.write(
                 path, picture, exposure=s.exposure, transparent=transparent, straight=s.alpha == "printed",
-                half=half, metadata=facts,
+                gamut=gamut, half=half, metadata=facts,
             )  # fmt: skip
             written.append(path)
     except KeyboardInterrupt:

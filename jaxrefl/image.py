@@ -1,8 +1,8 @@
 """Pictures: PNG for the eye, EXR and NPZ for the numbers, and pictures read as textures.
 
-A PNG shows radiance times 2^exposure through the sRGB curve, held to [0, 1]. EXR and NPZ keep radiance as it is,
-linear and unbounded, with depth and normal; NPZ keeps everything there is. Every file says in its metadata what made
-it, and is complete or not there.
+A PNG shows radiance times 2^exposure through the sRGB curve, brought into [0, 1] by a named method. EXR and NPZ keep
+radiance as it is, linear and unbounded, with depth and normal; NPZ keeps everything there is. Every file says in its
+metadata what made it, and is complete or not there.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import __version__
+from .colourspace import GAMUTS, to_gamut
 from .files import write_atomically
 
 FORMATS = ("png", "exr", "npz")
@@ -35,7 +36,9 @@ def decode_srgb(code: Any) -> np.ndarray:
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
-def to_bytes(radiance: Any, exposure: float = 0.0, alpha: Any = None, straight: bool = False) -> np.ndarray:
+def to_bytes(
+    radiance: Any, exposure: float = 0.0, alpha: Any = None, straight: bool = False, gamut: str = "clip"
+) -> np.ndarray:
     """Picture as a PNG holds it: (H, W, C) of 8 bits, C = 1 or 3, and one more for the coverage.
 
     Args:
@@ -43,9 +46,10 @@ def to_bytes(radiance: Any, exposure: float = 0.0, alpha: Any = None, straight: 
         exposure: stops; radiance is multiplied by 2^exposure.
         alpha: (H, W) coverage, held to [0, 1]; without it the picture is opaque.
         straight: False if radiance holds its coverage already and has to be divided by it, as a PNG wants it.
+        gamut: what is done to colours that a screen cannot show: "clip" or "desaturate", see `colourspace.to_gamut`.
 
     Raises:
-        ValueError: C is neither 1 nor 3.
+        ValueError: C is neither 1 nor 3; another gamut.
     """
     shown = np.asarray(radiance, np.float64) * 2.0**exposure
     if shown.ndim != 3 or shown.shape[-1] not in CHANNELS:
@@ -58,6 +62,10 @@ def to_bytes(radiance: Any, exposure: float = 0.0, alpha: Any = None, straight: 
         if not straight:
             parts = [shown / np.where(cover > 0, cover, 1.0)]
         parts = [np.where(cover > 0, parts[0], 0.0), cover]
+    if gamut not in GAMUTS:
+        raise ValueError(f"gamut = {gamut!r} must be one of {', '.join(GAMUTS)}")
+    if gamut == "desaturate" and shown.shape[-1] == 3:
+        parts[0] = to_gamut(np.nan_to_num(parts[0]), gamut)
     codes = np.concatenate([encode_srgb(parts[0]), *parts[1:]], axis=-1)
     return np.rint(codes * 255).astype(np.uint8)
 
@@ -78,17 +86,17 @@ def _facts(metadata: Mapping[str, Any] | None) -> str:
 
 def write_png(
     path: Path, image: Any, *, exposure: float = 0.0, transparent: bool = False, straight: bool = False,
-    metadata: Mapping[str, Any] | None = None,
+    gamut: str = "clip", metadata: Mapping[str, Any] | None = None,
 ) -> None:  # fmt: skip
     """Picture for the eye, see `to_bytes`."""
     import imageio.v3 as iio
     from PIL.PngImagePlugin import PngInfo
 
-    pixels = to_bytes(image.radiance, exposure, image.alpha if transparent else None, straight)
+    pixels = to_bytes(image.radiance, exposure, image.alpha if transparent else None, straight, gamut)
     info = PngInfo()
     info.add(b"sRGB", b"\0")  # the intent is perceptual
     info.add_text("Software", f"jaxrefl {__version__}")
-    info.add_text(KEY, _facts({"exposure": exposure, **(metadata or {})}))
+    info.add_text(KEY, _facts({"exposure": exposure, "gamut": gamut, **(metadata or {})}))
     squeezed = pixels[..., 0] if pixels.shape[-1] == 1 else pixels
     write_atomically(
         path, lambda part: iio.imwrite(part, squeezed, extension=".png", plugin="pillow", pnginfo=info)
@@ -171,12 +179,14 @@ def format_of(path: Path, channels: int | None = None) -> str:
 
 def write(
     path: Path, image: Any, *, exposure: float = 0.0, transparent: bool = False, straight: bool = False,
-    half: bool = False, metadata: Mapping[str, Any] | None = None,
+    gamut: str = "clip", half: bool = False, metadata: Mapping[str, Any] | None = None,
 ) -> None:  # fmt: skip
     """Image in the format of the suffix: `write_png`, `write_exr` or `write_npz`."""
     kind = format_of(path)
     if kind == "png":
-        write_png(path, image, exposure=exposure, transparent=transparent, straight=straight, metadata=metadata)
+        write_png(
+            path, image, exposure=exposure, transparent=transparent, straight=straight, gamut=gamut, metadata=metadata
+        )
     elif kind == "exr":
         write_exr(path, image, half=half, metadata=metadata)
     else:

@@ -222,6 +222,7 @@ def test_what_made_a_file_is_read_back_from_it(tmp_path, kind):
     found = image.read_metadata(tmp_path / f"a.{kind}")
     assert found.pop("version") == jaxrefl.__version__
     assert found.pop("exposure", 0.5) == 0.5
+    assert found.pop("gamut", "clip") == "clip"
     assert found == facts
 
 
@@ -355,3 +356,16 @@ def test_importing_the_module_loads_none_of_its_libraries(tmp_path):
     script = "import sys, jaxrefl.image; print(*sorted({'imageio', 'PIL', 'OpenEXR'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
+
+
+def test_a_colour_that_no_screen_shows_is_brought_into_the_gamut_by_the_named_method(tmp_path):
+    gold = np.broadcast_to(np.array([1.059, 0.773, 0.307]), (2, 2, 3))
+    grey = 0.2126390058715103 * 1.059 + 0.7151686787677560 * 0.773 + 0.0721923153607337 * 0.307
+    shares = (1 - grey) / (1.059 - grey)
+    for method, shown in (("clip", [1, 0.773, 0.307]), ("desaturate", grey + shares * (gold[0, 0] - grey))):
+        codes = image.to_bytes(gold, gamut=method)[0, 0]
+        np.testing.assert_array_equal(codes, np.rint(image.encode_srgb(np.array(shown)) * 255))
+        image.write(tmp_path / "gold.png", constant(0.5), gamut=method)
+        assert image.read_metadata(tmp_path / "gold.png")["gamut"] == method
+    with pytest.raises(ValueError, match="gamut = 'wide' must be one of desaturate, clip"):
+        image.to_bytes(gold, gamut="wide")
