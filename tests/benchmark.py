@@ -7,6 +7,7 @@ element of a fused multiply-add over an array that fits the cache: compare runs 
 
 from __future__ import annotations
 
+import os
 import resource
 import statistics
 import subprocess
@@ -68,6 +69,11 @@ def image(scene: Scene, n_bounces: int) -> jax.Array:
     return render(scene, CAMERA, SIZE, SIZE, n_bounces, account=False).radiance
 
 
+def on_all_cores(scene: Scene, n_bounces: int) -> jax.Array:
+    """The same, tiles shared among one device per core, as `jaxrefl render` does."""
+    return render(scene, CAMERA, SIZE, SIZE, n_bounces, account=False, devices=jax.devices()).radiance
+
+
 def everything(scene: Scene, n_bounces: int) -> object:
     """Whole image: budget, counts, depth, normals and the rest."""
     return render(scene, CAMERA, SIZE, SIZE, n_bounces)
@@ -116,6 +122,7 @@ def cases() -> dict[str, object]:
     found = {}
     for kind in ("five", "hundred", "glass"):
         found[f"{kind}: image, 4 bounces"] = partial(forward, image, kind, 4)
+        found[f"{kind}: image on all cores, 4 bounces"] = partial(forward, on_all_cores, kind, 4)
         found[f"{kind}: everything, 4 bounces"] = partial(forward, everything, kind, 4)
     for kind in ("five", "glass", "hundred"):
         for n in (1, 5, 10, 20) if kind != "hundred" else (4,):
@@ -141,6 +148,7 @@ def backward(kind: str, n_bounces: int) -> str:
 def main() -> None:
     """Run the cases whose names begin with one of the arguments, each in its own process."""
     if sys.argv[1:2] == ["--case"]:
+        jax.config.update("jax_num_cpu_devices", os.cpu_count() or 1)
         line = cases()[sys.argv[2]]()
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(f"{sys.argv[2]:34s} {line}   peak {peak:6.0f} MiB   multiply-add {multiply_add():.2f} ns", flush=True)
