@@ -124,11 +124,7 @@ def files() -> dict[str, str]:
                 parts.append({"table": file, "range_nm": [float(table[0][0]), float(table[-1][0])]})
             kinds = [data["type"].split() for data in content["DATA"]]
             found[key] = {
-                "kind": "model"
-                if entry.endswith(("-LD", "-BB"))
-                else "fit"
-                if kinds[0][0] == "formula"
-                else "measured",
+                "kind": database.kind_of(entry, content["DATA"][0]),
                 "has_k": any(what in ("nk", "k") for _, what in kinds),
                 "range_nm": [max(p["range_nm"][0] for p in parts), min(p["range_nm"][1] for p in parts)],
                 "citation": content["REFERENCES"],

@@ -42,9 +42,9 @@ def check(camera: Any) -> None:
         raise ValueError(f"camera.up = {up.tolist()} is parallel to the view {view.tolist()}; it must not be")
 
 
-def check_size(width: int, height: int, spp: int) -> None:
+def check_size(**sizes: int) -> None:
     """Raise `ValueError` for a size that is no whole number from 1."""
-    for name, value in (("width", width), ("height", height), ("spp", spp)):
+    for name, value in sizes.items():
         require(name, value, Interval.parse("[1, inf)"))
         if not isinstance(value, (int, np.integer)):
             raise ValueError(f"{name} = {value!r} is not a whole number")

@@ -23,7 +23,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
@@ -85,7 +85,8 @@ def xyz_matrix(
 
     Source: CIE 15:2004, 7.1; tables of colour-science.
     """
-    return _xyz_matrix(tuple(_wavelengths(wavelength_nm).tolist()), illuminant, observer)
+    light, eye = _known("illuminant", illuminant, illuminants()), _known("observer", observer, observers())
+    return _xyz_matrix(tuple(_wavelengths(wavelength_nm).tolist()), light, eye)
 
 
 def rgb_matrix(
@@ -109,9 +110,8 @@ def rgb_matrix(
 
     Source: IEC 61966-2-1; ICC.1:2022, annex E (Bradford).
     """
-    return _rgb_matrix(
-        tuple(_wavelengths(wavelength_nm).tolist()), illuminant, observer, _known("white", white, WHITES)
-    )
+    light, eye = _known("illuminant", illuminant, illuminants()), _known("observer", observer, observers())
+    return _rgb_matrix(tuple(_wavelengths(wavelength_nm).tolist()), light, eye, _known("white", white, WHITES))
 
 
 def spectrum_to_xyz(
@@ -162,15 +162,26 @@ def ciede2000(lab_1: Float[ArrayLike, "... 3"], lab_2: Float[ArrayLike, "... 3"]
     Args:
         lab_1, lab_2: (..., 3), as of `rgb_to_lab`; they broadcast.
 
+    Raises:
+        ValueError: a last axis that is not 3.
+
     Computed by colour-science on the host, so without a derivative. Source: CIE 142:2001, all weights 1.
     """
+    _three(lab_1=lab_1, lab_2=lab_2)
     first, second = np.broadcast_arrays(np.asarray(lab_1, np.float64), np.asarray(lab_2, np.float64))
     return np.asarray(_science().delta_E(first, second, method="CIE 2000"))
 
 
 def colour_difference(rgb_1: Float[ArrayLike, "... 3"], rgb_2: Float[ArrayLike, "... 3"]) -> Float[np.ndarray, "..."]:
     """CIEDE2000 between two results in linear sRGB, colour by colour or pixel by pixel; see `ciede2000`."""
+    _three(rgb_1=rgb_1, rgb_2=rgb_2)
     return ciede2000(rgb_to_lab(rgb_1), rgb_to_lab(rgb_2))
+
+
+def _three(**colours: Any) -> None:
+    for name, value in colours.items():
+        if np.shape(value)[-1:] != (3,):
+            raise ValueError(f"{name} has shape {np.shape(value)}; the last axis must be the 3 numbers of a colour")
 
 
 def _science() -> ModuleType:
@@ -183,6 +194,8 @@ def _science() -> ModuleType:
 def _known(argument: str, name: str, names: Iterable[str]) -> str:
     """The name, if it is one; else an error that has the closest first."""
     names = list(names)
+    if not isinstance(name, str):
+        raise ValueError(f"{argument} = {name!r} must be a name")
     if name in names:
         return name
     closest = difflib.get_close_matches(str(name), names, n=5, cutoff=0.0)
@@ -195,7 +208,7 @@ def _wavelengths(wavelength_nm: Any) -> np.ndarray:
         raise ValueError("wavelength_nm is traced; the matrix of a colour is made of tables, for given wavelengths")
     w = np.atleast_1d(np.asarray(wavelength_nm, np.float64))
     require("wavelength_nm", w, Interval.parse("[100, 100000]"))
-    if w.ndim != 1 or not (np.diff(w) > 0).all():
+    if w.ndim != 1 or not w.size or not (np.diff(w) > 0).all():
         raise ValueError(f"wavelength_nm has shape {w.shape}; it must be one ascending axis, in nanometres")
     if not ((w >= FIRST) & (w <= LAST)).any():
         raise ValueError(f"wavelength_nm = {w[0]:g} to {w[-1]:g}: none is within [{FIRST}, {LAST}]")
@@ -206,8 +219,8 @@ def _wavelengths(wavelength_nm: Any) -> np.ndarray:
 def _tables(illuminant: str, observer: str, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Wavelengths, power and observer at a step, as colour-science interpolates them."""
     science = _science()
-    seen = science.MSDS_CMFS[_known("observer", observer, observers())]
-    light = science.SDS_ILLUMINANTS[_known("illuminant", illuminant, illuminants())]
+    seen = science.MSDS_CMFS[observer]
+    light = science.SDS_ILLUMINANTS[illuminant]
     ends = max(FIRST, float(seen.wavelengths[0])), min(LAST, float(seen.wavelengths[-1]))
     shape = science.SpectralShape(*ends, step)
     return shape.wavelengths, light.copy().align(shape).values, seen.copy().align(shape).values
@@ -257,5 +270,8 @@ def _any_matrix(reflectance: Any, wavelength_nm: Any, illuminant: Any, observer:
             f"illuminant has shape {np.shape(illuminant)}; it must be {seen.shape[:1]}, as the wavelengths"
         )
     (power,) = floats(illuminant)
+    if is_concrete(power) and not np.any(power):
+        raise ValueError("illuminant is 0 at every wavelength; a light has some power")
+    power = power / lax.stop_gradient(jnp.where(power.max() > 0, power.max(), 1.0))  # sums of it stay in range
     weighted = power[:, None] * jnp.asarray(seen, power.dtype)
     return safe_divide(weighted, weighted[:, 1].sum())

@@ -89,7 +89,7 @@ def to_gamut(rgb: Float[ArrayLike, "... 3"], method: str = "desaturate") -> Floa
     """Linear sRGB that a screen can show, each channel in [0, 1]; a colour that is there already is left as it is.
 
     Args:
-        rgb: (..., 3), linear.
+        rgb: (..., 3), linear, finite.
         method: "desaturate": on the straight line to the grey of the same luminance Y, as far as needed: luminance and
             dominant wavelength are kept; Y >= 1 is white, Y <= 0 black;
             "clip": each channel held to [0, 1], which keeps neither.

@@ -92,6 +92,8 @@ def write_png(
     import imageio.v3 as iio
     from PIL.PngImagePlugin import PngInfo
 
+    if hasattr(image, "wavelength_nm"):
+        raise ValueError(f"path = {str(path)!r}: a picture by wavelength is no PNG; write image.rgb()")
     pixels = to_bytes(image.radiance, exposure, image.alpha if transparent else None, straight, gamut)
     info = PngInfo()
     info.add(b"sRGB", b"\0")  # the intent is perceptual

@@ -1,8 +1,8 @@
 """From a scene and a camera to an image: tiles, samples, devices.
 
-The picture is cut into tiles of equal size, whatever the number of devices, so that images are equal bit for bit. A
-call without ``progress`` is one traceable function, to be differentiated or mapped; with ``progress`` the same jitted
-function runs band by band and pass by pass in a Python loop, which a Ctrl-C can leave.
+The picture is cut into tiles of equal size, whatever the number of devices, so that images are equal: to the bit, and
+with a `ThinFilm` to rounding. A call without ``progress`` is one traceable function to differentiate or map; with
+``progress`` the same jitted function runs band by band and pass by pass in a Python loop, which a Ctrl-C can leave.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def plan_of(width: int, height: int, tile: int | None = None, **settings: Any) -
     strips = math.ceil(height / STRIP)
     rows = math.ceil(height / strips)
     pixels = strips * rows * width
-    tiles = math.ceil(pixels / (tile or TILE))
+    tiles = math.ceil(pixels / (TILE if tile is None else tile))
     return Plan(width, height, rows=rows, tile=math.ceil(pixels / tiles), tiles=tiles, **settings)
 
 
@@ -246,7 +246,7 @@ def render(
         account: keep what the Image holds beyond radiance, alpha and first hit; a tenth faster without.
         alpha: "premultiplied", or "printed": max(d_a, |R_tot|), D3D9 (7).
         progress: called with (samples done, samples in all, rays traced so far) after each band; not traceable.
-        devices: share the tiles among these; the image is the same.
+        devices: share the tiles among these; the image is the same, see the head of this module.
         tile: rays of a tile, about; of influence on speed and memory alone.
 
     Raises:
@@ -254,7 +254,7 @@ def render(
 
     Differentiable in every leaf of scene and camera, except for the motion of edges.
     """
-    cameras.check_size(width, height, spp)
+    cameras.check_size(width=width, height=height, spp=spp, tile=TILE if tile is None else tile)
     if alpha not in ALPHAS:
         raise ValueError(f"alpha = {alpha!r} must be one of {', '.join(ALPHAS)}")
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)

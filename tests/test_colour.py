@@ -274,3 +274,19 @@ def test_numpy_prints_as_before(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["[1.]", "0.5"]
+
+
+def test_a_light_of_any_strength_has_its_colour_and_none_is_refused():
+    for scale in (1e-36, 1.0, 1e36):
+        xyz = colour.spectrum_to_xyz(
+            np.ones(3, np.float32), [450, 550, 650], np.float32(scale) * np.array([1, 3, 1], "f")
+        )
+        np.testing.assert_allclose(xyz[1], 1.0, rtol=1e-6)
+    for call, message in (
+        (lambda: colour.spectrum_to_xyz(np.ones(2), [450, 550], np.zeros(2)), "illuminant is 0 at every wavelength"),
+        (lambda: colour.rgb_matrix([450, 550], np.ones(2)), "illuminant = .* must be a name"),
+        (lambda: colour.xyz_matrix([]), r"wavelength_nm has shape \(0,\)"),
+        (lambda: colour.colour_difference(np.ones((4, 2)), np.ones((4, 2))), r"rgb_1 has shape \(4, 2\)"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()

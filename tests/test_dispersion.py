@@ -62,6 +62,7 @@ def test_glasses_have_the_indices_and_abbe_numbers_of_their_catalogues():
     for model, n_d, v_d in ((N_BK7, 1.51680, 64.17), (SF11, 1.78472, 25.76)):
         assert float(model(587.5618).n) == pytest.approx(n_d, abs=5e-6)
         assert float(d.abbe_number(model)) == pytest.approx(v_d, abs=5e-3)
+    assert [float(d.abbe_number(d.Constant(n))) for n in (1.0, 1.5)] == [np.inf, np.inf]
     # F, d, D, C at 486.13, 587.56, 589.3, 656.27 nm, computed from the same coefficients elsewhere
     lines = np.array([486.13, 587.56, 589.3, 656.27])
     np.testing.assert_allclose(
@@ -184,6 +185,8 @@ def test_outside_its_range_a_model_is_an_error_and_under_jit_its_end_with_slope_
         np.testing.assert_array_equal(slope[jnp.array([0, 3])], 0)
         assert (np.asarray(slope[1:3]) != 0).all()
     assert np.asarray(d.in_range(SF11, [1.0, 1e6])).all()
+    narrow = d.Cauchy(1.5, low_nm=203.3, high_nm=203.7)
+    assert not np.asarray(d.in_range(narrow, [203, 204])).any()  # whole numbers do not round the ends
     with pytest.raises(ValueError, match=r"wavelength_nm = 0.0 is outside \(0, inf\)"):
         SF11(0.0)
     with pytest.raises(ValueError, match=r"wavelength_nm = nan"):
@@ -200,6 +203,22 @@ def test_outside_its_range_a_model_is_an_error_and_under_jit_its_end_with_slope_
         (d.Tabulated([400.0, 500.0], [1.0, 1.0, 1.0]), r"have shapes"),
         (d.Tabulated([400.0, 500.0], [1.0, 1.0], method="spline"), r"method = 'spline' must be one of linear, cubic"),
         (d.Tabulated([400.0, 500.0], [1.0, -1.0]), r"n = -1.0 is outside \[0, inf\)"),
+        (d.Sellmeier([1.0, 2.0], [0.01]), r"shapes b \(2,\), c \(1,\) differ; each holds one number for every term"),
+        (d.Devore(2.0, [1.0, 2.0], 0.01), r"shapes b \(2,\), c \(\) differ"),
+        (d.Polynomial(1.0, [1.0, 2.0], [2.0]), r"shapes c \(2,\), p \(1,\) differ"),
+        (
+            d.DrudeLorentz(9.0, f=[1.0], energy_ev=[2.0], gamma_ev=()),
+            r"f \(1,\), energy_ev \(1,\), gamma_ev \(0,\) differ",
+        ),
+        (
+            d.Sellmeier([1.0], [0.01], 1.0, 500.0, 400.0),
+            "empty: its lower end, 500 nm, is not below the upper one, 400",
+        ),
+        (
+            d.WithExtinction(RUTILE, d.Tabulated([300.0, 400.0], [0.0, 0.0])),
+            "lower end, 430 nm, is not below .*, 400 nm",
+        ),
+        (d.Cauchy(1.5, low_nm=0.0), r"low_nm = 0.0 is outside \(0, inf\)"),
         (d.Cauchy([1.5, 1.6]), r"a has shape \(2,\); it is a scalar"),
     ],
 )
@@ -299,3 +318,14 @@ def test_a_fit_refuses_what_it_cannot_use():
         d.fit_drude_lorentz(nm, nm / 400, nm / 400)
     with pytest.raises(ValueError, match=r"k = -1.0 is outside"):
         d.fit_drude_lorentz(nm, nm / 400, nm * 0 - 1)
+    with pytest.raises(ValueError, match=r"wavelength_nm = 400 is there twice"):
+        d.fit_drude_lorentz(np.full(20, 400.0), np.ones(20), np.ones(20))
+    for name, value, message in (
+        ("n_oscillators", 1.5, "= 1.5 is not a whole number"),
+        ("n_oscillators", 0, r"= 0 is outside \[1, inf\)"),
+        ("max_steps", 0, r"= 0 is outside \[1, inf\)"),
+    ):
+        with pytest.raises(ValueError, match=f"{name} {message}"):
+            d.fit_drude_lorentz(np.linspace(400, 700, 20), np.ones(20), np.ones(20), **{name: value})
+    with pytest.raises(ValueError, match=r"1 oscillators need \(N,\) with N >= 4"):  # six parameters
+        d.fit_drude_lorentz(nm[:3], nm[:3] / 400, nm[:3] / 400, n_oscillators=1)

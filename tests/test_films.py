@@ -98,13 +98,13 @@ def test_what_each_layer_absorbs_is_what_the_tmm_package_says_and_all_of_it_is_o
             np.testing.assert_allclose(a[:, i], tmm.absorp_in_each_layer(data)[1:-1], rtol=0, atol=1e-12)
 
 
-def thick_stacks(seed, count, k=1e-4):
-    """Coherent, thick, two coherent, thick, coherent."""
+def thick_stacks(seed, count, k=1e-12):
+    """Coherent, thick, two coherent, thick, coherent; to order k / n of the thick ones `inc_tmm` may make light."""
     rng, arguments = np.random.default_rng(seed), stacks(seed, 6, count, lowest=1.2, largest_k=1.0)
     arguments[5] = rng.uniform(1, 1.2, count)
     for layer in (1, 4):
         arguments[3][layer] *= k
-        arguments[4][layer] = rng.uniform(1e5, 1e6, count)
+        arguments[4][layer] = rng.uniform(1e13, 1e14, count)
     return arguments
 
 
@@ -354,6 +354,16 @@ def test_ellipsometry_gives_back_the_index_of_a_bulk_and_the_angles_of_the_tmm_p
         assert abs(np.exp(1j * delta[i]) + np.exp(-1j * theirs["Delta"])) < 1e-11  # its delta is pi - ours
 
 
+def test_a_phase_of_minus_pi_is_pi():
+    """Glass to air at normal incidence, r_s > 0 and r_p < 0; the tangent of any sign of 0, eagerly and under jit."""
+    arguments = 1.0, 550.0, [1.38], 0.0, [0.0], 1.5, 1.0
+    for one in (films.film(*arguments), solve(*arguments)):
+        assert films.ellipsometry(one).delta == films.phases(one).r_p == np.pi
+        assert films.phases(one).r_s == 0
+    signs = films.film(0.0, 550.0, [1.38], 0.0, [0.0], 1.5, 1.0)
+    assert films.phases(signs).r_s == jax.jit(films.phases)(signs).r_s == np.pi
+
+
 # ---------------------------------------------------------------- thick layers
 
 
@@ -386,6 +396,25 @@ def test_a_thick_layer_is_the_mean_over_its_thickness_of_the_coherent_one():
     assert np.ptp(coherent.R) > 0.1
 
 
+def test_no_light_is_made_in_a_thick_layer_and_none_passes_it_beyond_its_critical_angle():
+    """R + T <= 1, also where a thick layer absorbs strongly; beyond the critical angle as k = 0, where R = 1, T = 0."""
+    rng, count = np.random.default_rng(7), 20000
+    n, d = 10 ** rng.uniform(-1, 1, (5, count)), 10 ** rng.uniform(-1, 4, (5, count)) * (rng.random((5, count)) < 0.8)
+    k = 10 ** rng.uniform(-9, 1, (5, count)) * (rng.random((5, count)) < 0.5)
+    found = incoherent(rng.uniform(0, 1, count), 550.0, n, k, d, (1, 3), 1.5, 1.2)
+    assert np.min(found) > -1e-14
+    assert np.max([found.R_s + found.T_s, found.R_p + found.T_p]) < 1 + 1e-14
+    assert np.mean(found.T > 0.01) > 0.05
+    small = np.array([0.0, 1e-12, 1e-9, 1e-6])
+    beyond = incoherent(0.5, 550.0, [1.0], small[None], [20.0], (0,), 1.5, 1.5)
+    np.testing.assert_array_equal(beyond.T, 0)
+    np.testing.assert_allclose(beyond.R_s, fresnel.conductor_sp(0.5, 1 / 1.5, small / 1.5)[0], rtol=1e-14)
+    np.testing.assert_allclose(beyond.R, 1, atol=5e-6)
+    c = np.sqrt(1 - (1 / 1.5) ** 2) + np.linspace(-1e-6, 1e-6, 201)  # on both sides of it there is no jump
+    across = incoherent(c, 550.0, [1.0], [1e-3], [20.0], (0,), 1.5, 1.5)
+    assert np.abs(np.diff(np.stack(across), axis=1)).max() < 1e-3
+
+
 def test_thick_layers_without_any_thick_layer_are_coherent():
     arguments = stacks(9, 3, 40)
     ours = incoherent(*arguments[:5], (), *pair(arguments)[5:])
@@ -404,6 +433,9 @@ def edges(dtype):
         ((0.5, 0.1), (0.0, 1e-12), (6e5, 1e9)),
         ((1e-4, 1e4), (1e4, 0.0), (1.0, 1.0)),
         ((1.5, 0.75), (0.0, 0.0), (1e-9, 1e7)),
+        ((0.5, 2.0), (1e-15, 1e-20), (20.0, 100.0)),
+        ((0.5, 1.5), (1e-20, 1e-30), (1e6, 0.0)),
+        ((1e-3, 1.5), (1e-15, 0.0), (0.0, 100.0)),
     ]
     inside = [(1.0, 0.0), (1.5, 0.0), (0.5, 0.0), (0.75, 0.0), (2.0, 1e4), (0.05, 3.0), (1.0, 1e-9)]
     cosines = (0.0, 1e-12, 0.3, 0.5, 0.75**0.5, 0.8, 1.0)
@@ -463,7 +495,7 @@ def test_everything_and_its_slopes_by_forward_mode_are_finite_at_every_edge_in_s
     assert np.isfinite(values).all()
     finite(arguments, slopes)
     within_bounds(arguments, values[:, :4], 4e-6)
-    assert (np.abs(values[:, 4:8] - 0.5) < 0.5 + 4e-6).all()
+    within_bounds(arguments, values[:, 4:8], 4e-6)
 
 
 def test_second_derivatives_are_those_of_first_ones():
@@ -522,8 +554,12 @@ def test_layers_come_first_and_the_rest_broadcasts():
         ({"inside": (1.5, 0.0, 0.0)}, "inside has 3 entries"),
         ({"thickness_nm": [1.0]}, "'thickness_nm': 1"),
         ({"n": 1.5, "k": 0.0, "thickness_nm": 1.0}, "the first axis of n, k and thickness_nm"),
-        ({"thick": (2,)}, r"thick = \(2,\) must be different numbers of layers, 0 to 1"),
-        ({"thick": (1, 1)}, r"thick = \(1, 1\) must be different"),
+        ({"thick": (2,)}, r"thick = \(2,\) must be a tuple of different numbers of layers, 0 to 1"),
+        ({"thick": (1, 1)}, r"thick = \(1, 1\) must be a tuple of different"),
+        ({"thick": 0}, r"thick = 0 must be a tuple of different numbers of layers"),
+        ({"thick": (0.0,)}, r"thick = \(0.0,\) must be a tuple"),
+        ({"n": [np.ones(3), 1.5]}, r"n has entries of shapes \[\(3,\), \(\)\]; they must be equal; films.stack"),
+        ({"n": np.ones((2, 3)), "wavelength_nm": np.ones(4)}, r"n \(2, 3\), .*wavelength_nm \(4,\) do not broadcast"),
     ],
 )
 def test_a_bad_argument_is_named_with_its_value_and_range(change, message):

@@ -174,6 +174,15 @@ def test_the_database_is_read_with_its_range_as_an_error():
         from_database("main", "Au", "Jonson")
     with pytest.raises(ValueError, match="page 'main/H2O/Wang' has k without n"):
         from_database("main", "H2O", "Wang")
+    kinds = {("W", "Rakic-LD"): "model", ("Au", "Johnson"): "measured", ("SiO2", "Malitson"): "fit"}
+    for (book, page), kind in kinds.items():
+        assert from_database("main", book, page).provenance.kind == kind
+    borate = from_database("main", "LiB3O5", "Chen-\N{GREEK SMALL LETTER BETA}")  # formula 4 with a negative c3
+    c = np.array(borate.model.c)
+    slope = jax.grad(lambda model: model(500.0).n)(borate).model.c
+    shifted = [float(type(borate.model)(c + h * np.eye(len(c))[3], 4)(500.0).n) for h in (1e-6, -1e-6)]
+    assert float(slope[3]) == pytest.approx((shifted[0] - shifted[1]) / 2e-6, rel=1e-6)
+    assert np.isfinite(slope).all()
     weaver = from_database("main", "W", "Weaver").model.wavelength_nm  # not in order in the database
     assert (np.diff(weaver) > 0).all()
 
@@ -206,6 +215,11 @@ def test_a_file_is_read_in_any_unit_order_and_separator(tmp_path):
     assert float(found(450.0).n) == pytest.approx(1.45)
     with pytest.raises(ValueError, match=r"the range of d \(d.txt\)"):
         found(300.0)
+    path.write_bytes("sample;\N{MICRO SIGN}m;n\n1;0.4;1.5\n2;0.5;1.4\n".encode("cp1252"))  # of an old program
+    np.testing.assert_allclose(from_csv(path).model.wavelength_nm, [400.0, 500.0])
+    path.write_bytes(b"nm;n\n400;1.5\n500;\x81")
+    with pytest.raises(ValueError, match=r"d.txt is no text in UTF-8 or cp1252"):
+        from_csv(path)
 
 
 @pytest.mark.parametrize(
@@ -222,6 +236,7 @@ def test_a_file_is_read_in_any_unit_order_and_separator(tmp_path):
         ("400,1,0\n500,1,0\n", r"the unit of column 1 is not clear"),
         ("nm,index\n400,1\n500,1\n", r"the header nm, index has no column n"),
         ("# nothing\n", r"t.csv has no rows"),
+        ("ev,n,k\n1e-320,1,0\n2,1,0\n", r"t.csv, line 2, column 1: 1e-320 is inf nm"),
     ],
 )
 def test_errors_in_a_file_name_file_line_and_column(tmp_path, text, message):
@@ -236,6 +251,8 @@ def test_a_unit_that_is_none_is_refused(tmp_path):
     path.write_text("400,1,0\n500,1,0\n")
     with pytest.raises(ValueError, match="unit = 'inch' must be one of nm, um, eV"):
         from_csv(path, "inch")
+    with pytest.raises(ValueError, match="unit = 5 must be one of nm, um, eV"):
+        from_csv(path, 5)
 
 
 def test_numbered_formulas_equal_the_package_that_reads_the_same_database():

@@ -77,6 +77,9 @@ def test_what_depends_on_the_wavelength_is_found_and_named():
     with pytest.raises(ValueError, match=r"objects\.ball\.surface\.eta depends on the wavelength"):
         spectral_scene(glass, WAVES)
 
+    assert family(jax.jit(glass), WAVES).dispersing == ("objects.ball.surface.eta",)
+    assert family(jax.jit(gold), WAVES).varying == family(gold, WAVES).varying
+
     def growing(wavelength_nm):
         wall = Object(Sphere(Vec3(0.0, 0.0, wavelength_nm), wavelength_nm / 9), Phong())
         return Scene({"wall": wall}, {"sun": Directional(Vec3(wavelength_nm, 0.0, -1.0))})
@@ -108,14 +111,18 @@ def test_bad_wavelengths_are_refused():
             render_spectral(gold, ABOVE, bad, 4, 4, 1)
     with pytest.raises(ValueError, match="width = 0"):
         render_spectral(glass, ABOVE, WAVES, 0, 4, 1)
-    with pytest.raises(ValueError, match=r"objects\.ball\.surface\.eta"):
-        render_spectral(lambda w: room(Dielectric(500 / w - 2), w), ABOVE, WAVES, 4, 4, 1)
+    with pytest.raises(ValueError, match=r"objects\.ball\.surface\.eta = -0.33.*\(0, inf\)"):
+        render_spectral(lambda w: room(Dielectric(2 - w / 300), w), ABOVE, WAVES, 4, 4, 1)
+    with pytest.raises(ValueError, match="wavelength_nm is traced"):
+        jax.jit(lambda w: family(gold, w))(WAVES)
+    for colour_of_three in ([0.1, 0.5, 0.9], np.array([0.1, 0.5, 0.9]), np.full((2, 3), 0.5)):
+        for ball in (Phong(k_d=colour_of_three), Conductor(colour_of_three, 2.0)):
+            with pytest.raises(ValueError, match=r"objects.ball.surface.(k_d|eta) has 3 channels; .* has 1"):
+                family(lambda w, ball=ball: room(ball, w), WAVES)
 
 
 def test_one_render_serves_every_light():
-    white = render_spectral(
-        lambda w: Scene({"d": disc(Phong(emission=w / w))}), FRONT, np.arange(400, 701, 20), 2, 2, 0
-    )
+    white = render_spectral(lambda w: Scene({"d": disc(Phong(emission=1.0))}), FRONT, np.arange(400, 701, 20), 2, 2, 0)
     for light in ("D65", "A", "FL11"):
         np.testing.assert_allclose(white.rgb(light).radiance, 1.0, rtol=1e-12)
         assert np.allclose(white.xyz(light).radiance[..., 1], 1.0)
@@ -150,6 +157,22 @@ def test_a_film_is_seen_with_its_interference_at_every_angle():
     assert abs(exact[0] - exact[1]) > 0.1
 
 
+def test_a_film_is_moved_toward_a_colour_by_a_jitted_slope():
+    def loss(thickness):
+        def build(wavelength_nm):
+            return Scene({"pane": disc(ThinFilm(thickness / wavelength_nm, 2.3, 0.0, 2.0, 3.0))}, background=1.0)
+
+        return jnp.sum((render_spectral(build, FRONT, WAVES, 1, 1, 1).rgb().radiance - 0.3) ** 2)
+
+    def exact(thickness):
+        seen = films.film(1.0, WAVES, jnp.full(1, 2.3), 0.0, thickness[None], inside=(2.0, 3.0)).R
+        return jnp.sum((colour.spectrum_to_rgb(seen, WAVES) - 0.3) ** 2)
+
+    slope = jax.jit(lambda t: jax.jvp(loss, (t,), (1.0,))[1])(60.0)
+    np.testing.assert_allclose(slope, jax.grad(exact)(jnp.asarray(60.0)), rtol=1e-11)
+    assert abs(slope) > 1e-4
+
+
 def test_a_picture_by_wavelength_is_differentiable_in_what_build_closes_over():
     def mean(b):
         def build(wavelength_nm):
@@ -178,8 +201,8 @@ def test_the_cube_is_written_as_npz_spectral_exr_and_png(tmp_path):
         np.testing.assert_array_equal(channels[name], np.asarray(image.radiance[..., i], np.float32))
     write_png(tmp_path / "shown.png", image.rgb("A"))
     assert Path(tmp_path / "shown.png").stat().st_size > 100
-    with pytest.raises(ValueError, match="EXR or NPZ or convert to RGB"):
-        write_png(tmp_path / "cube.png", image._replace(radiance=image.radiance[..., :2]))
+    with pytest.raises(ValueError, match=r"a picture by wavelength is no PNG; write image.rgb\(\)"):
+        write_png(tmp_path / "cube.png", image)
 
 
 def bow(n, reflections):
@@ -191,7 +214,7 @@ def bow(n, reflections):
 
 
 def test_the_rainbow_of_traced_rays_is_that_of_descartes_and_moves_with_the_index_as_the_envelope_says():
-    eta = jnp.append(material("water")(jnp.array([400.0, 700.0])).n, jnp.array([1.333, 1.5]))
+    eta = jnp.append(material("water")(jnp.array([400.0, 700.0])).n, jnp.array([1.333, 1.5, 1.0001, 1.99]))
     table, tags = BLOCKS["I.rainbow"], {row[0]: row for row in BLOCKS["I.rainbow"]["rows"]}
     for k, radii in ((1, (40.5674230125941, 42.4404774652824)), (2, (53.619797161331, 50.2379123927179))):
         bows, slopes = jax.vmap(jax.value_and_grad(lambda n, k=k: rainbow(n, k).radius))(eta)
@@ -199,7 +222,7 @@ def test_the_rainbow_of_traced_rays_is_that_of_descartes_and_moves_with_the_inde
         np.testing.assert_allclose(radius, [bow(n, k) for n in eta], rtol=0, atol=1e-11)
         np.testing.assert_allclose(radius[:2], radii, rtol=0, atol=1e-11)  # water of 20 degrees C, 400 and 700 nm
         column = table["fields"].index(f"radius{k}_deg")
-        np.testing.assert_allclose(radius[2:], [float(tags[t][column]) for t in ("n=1.333", "n=1.5")], atol=1e-11)
+        np.testing.assert_allclose(radius[2:4], [float(tags[t][column]) for t in ("n=1.333", "n=1.5")], atol=1e-11)
         slope = BLOCKS["I.derivatives"]["values"][f"drainbow{k}_dn"]
         np.testing.assert_allclose(slopes[2], float(slope), rtol=1e-12)
 
@@ -215,6 +238,9 @@ def test_a_drop_turns_rays_as_the_angles_say():
             deflection(bad, n)
     with pytest.raises(ValueError, match="reflections = 3"):
         rainbow(n, 3)
+    with pytest.raises(ValueError, match=r"eta = 2.0 .*\(1, 2\)"):
+        rainbow(2.0)
+    assert np.isnan(deflection(0.5, n, "RT"))
 
 
 def test_a_mirror_blend_keeps_its_weights_by_wavelength():

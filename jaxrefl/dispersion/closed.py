@@ -12,14 +12,14 @@ from jaxtyping import Float
 from ..params import param, pytree
 from ..safe import safe_divide
 from .index import Index, from_permittivity
-from .limits import Limits, limits, prepare
+from .limits import Limits, limits, prepare, same_length
 
 REAL = "(-inf, inf)"
 
 
 def low_nm() -> Any:
     """Field of the lower end of a range."""
-    return param("[0, inf)", unit="nm", default=None, doc="lower end of the range; none if absent")
+    return param("(0, inf)", unit="nm", default=None, doc="lower end of the range; none if absent")
 
 
 def high_nm() -> Any:
@@ -97,6 +97,7 @@ class Sellmeier:
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
+        same_length(b=self.b, c=self.c)
         wavelength, b, c, constant = prepare(self, wavelength_nm, self.b, self.c, self.constant)
         square = ((wavelength / 1000) ** 2)[..., None]
         return from_permittivity(constant + jnp.sum(b * square * safe_divide(1.0, square - c), axis=-1))
@@ -122,6 +123,7 @@ class Devore:
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
+        same_length(b=self.b, c=self.c)
         wavelength, a, b, c = prepare(self, wavelength_nm, self.a, self.b, self.c)
         square = ((wavelength / 1000) ** 2)[..., None]
         return from_permittivity(a + jnp.sum(b * safe_divide(1.0, square - c), axis=-1))
@@ -147,6 +149,7 @@ class Polynomial:
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
+        same_length(c=self.c, p=self.p)
         wavelength, c0, c, p = prepare(self, wavelength_nm, self.c0, self.c, self.p)
         powers = (wavelength / 1000)[..., None] ** p
         return from_permittivity(c0 + jnp.sum(c * powers, axis=-1))

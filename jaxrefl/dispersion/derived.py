@@ -29,7 +29,9 @@ def abbe_number(model: Any) -> Float[Array, ""]:
     Source: ISO 7944.
     """
     n = model(jnp.array([LINES_NM[line] for line in "FdC"])).n
-    return (n[1] - 1) / (n[0] - n[2])
+    dispersion = n[0] - n[2]
+    none = dispersion == 0
+    return jnp.where(none, jnp.inf, (n[1] - 1) / jnp.where(none, 1.0, dispersion))
 
 
 def group_index(model: Any, wavelength_nm: Float[ArrayLike, "..."]) -> Float[Array, "..."]:

@@ -17,7 +17,7 @@ from ..fresnel import f0_conductor
 from ..params import Interval, require
 from .lorentz import HC_EV_NM, DrudeLorentz
 
-_STARTS = 8
+_STARTS, _EVEN = 32, 8
 _PARTS, _FLAT = 8, 1e-4
 
 
@@ -61,13 +61,21 @@ def _bounds(energy: np.ndarray, count: int) -> np.ndarray:
 
 
 def _starts(energy: np.ndarray, count: int, bounds: np.ndarray) -> np.ndarray:
-    """Unbounded parameters to begin with: oscillators over the range and above, the same ones at every call."""
+    """Unbounded parameters to begin with, the same ones at every call.
+
+    Of the oscillators a quarter of the starts has energies spread evenly over the range and above, the others any.
+    """
     rng, (first, last) = np.random.default_rng(0), (energy.min(), energy.max())
     places = np.geomspace(first, 1.5 * last, count + 2)[1:-1]
     rows = []
-    for _ in range(_STARTS):
-        e = np.sort(places * np.exp(rng.normal(0, 0.3, count)))
-        s, g = e**2 * np.exp(rng.normal(0, 0.7, count)), 0.4 * e * np.exp(rng.normal(0, 0.7, count))
+    for i in range(_STARTS):
+        if i < _EVEN:
+            e = places * np.exp(rng.normal(0, 0.3, count))
+            s, g = e**2 * np.exp(rng.normal(0, 0.7, count)), 0.4 * e * np.exp(rng.normal(0, 0.7, count))
+        else:
+            e = np.exp(rng.uniform(np.log(first), np.log(2.5 * last), count))
+            s = e**2 * np.exp(rng.uniform(np.log(0.1), np.log(3.0), count))
+            g = e * np.exp(rng.uniform(np.log(0.05), 0.0, count))
         rows.append([80 * np.exp(rng.normal(0, 0.3)), 0.1 * np.exp(rng.normal(0, 0.7)), 1.5, *s, *e, *g])
     low, high = np.log(bounds)
     at = np.clip((np.log(rows) - low) / (high - low), 1e-3, 1 - 1e-3)
@@ -118,35 +126,41 @@ def fit_drude_lorentz(
     What is squared: the deviations of n and of k over |n + i k|, and that of the normal reflectance.
 
     Args:
-        wavelength_nm, n, k: the data (N,), concrete, of which 2 N exceeds the number of parameters.
-        n_oscillators: Lorentz terms, >= 1; each adds three parameters.
+        wavelength_nm, n, k: the data (N,), concrete, no wavelength twice; 2 N exceeds the number of parameters.
+        n_oscillators: Lorentz terms, a whole number >= 1; each adds three parameters.
         free_electrons: False leaves out Drude's term (an insulator, f0 = 0).
-        max_steps: of the solver, from each of 8 starts, the same at every call; the best one is returned.
+        max_steps: of the solver from each start, a whole number >= 1.
 
     Returns:
         Fit with the model (range: that of the data) and its deviations in n, k and normal reflectance. All parameters
         are positive and inside wide bounds: energies and dampings below ten times the largest energy of the data, no
-        line narrower than its mean spacing.
+        line narrower than its mean spacing. It is the best of the local minima that 32 starts, the same at every
+        call, lead to; a lower one may exist.
 
     Raises:
-        ValueError: shapes that differ, too few data, a number out of its range.
+        ValueError: shapes that differ, too few data, equal wavelengths, a number out of its range.
 
     Not differentiable. Computed in the dtype that JAX gives Python floats: with 64-bit types off, in float32, where
     exact data are met to about 1e-5. Source of the form: Rakic et al., Appl. Opt. 37, 5271 (1998).
     """
     positive = Interval(0.0, np.inf, True, True)
-    require("n_oscillators", n_oscillators, Interval(1.0, np.inf, False, True))
+    count, steps_allowed = _whole("n_oscillators", n_oscillators), _whole("max_steps", max_steps)
     for name, value in {"wavelength_nm": wavelength_nm, "n": n}.items():
         require(name, value, positive)
     require("k", k, Interval(0.0, np.inf, False, True))
     x, n_data, k_data = (np.asarray(value, float) for value in (wavelength_nm, n, k))
-    count = int(n_oscillators)
-    if x.ndim != 1 or not x.shape == n_data.shape == k_data.shape or 2 * x.size < 3 * count + 1 + 2 * free_electrons:
+    unknowns = 3 * count + 1 + 2 * bool(free_electrons)
+    if x.ndim != 1 or not x.shape == n_data.shape == k_data.shape or 2 * x.size <= unknowns:
         shapes = (x.shape, n_data.shape, k_data.shape)
-        raise ValueError(f"wavelength_nm, n, k have shapes {shapes}; {count} oscillators need (N,) with more data")
+        raise ValueError(
+            f"wavelength_nm, n, k have shapes {shapes}; {count} oscillators need (N,) with N >= {unknowns // 2 + 1}"
+        )
+    twice = np.flatnonzero(np.diff(np.sort(x)) == 0)
+    if twice.size:
+        raise ValueError(f"wavelength_nm = {np.sort(x)[twice[0]]:g} is there twice; a fit takes each wavelength once")
     bounds = _bounds(HC_EV_NM / x, count)
     data = tuple(jnp.asarray(value) for value in (x, n_data, k_data, bounds))
-    solve = _solver(count, bool(free_electrons), int(max_steps))
+    solve = _solver(count, bool(free_electrons), steps_allowed)
     q, cost, converged, steps = solve(jnp.asarray(_starts(HC_EV_NM / x, count, bounds)), data)
     best = int(jnp.argmin(jnp.where(jnp.isfinite(cost), cost, jnp.inf)))
     found = _ascending(_model(q[best], data[3], count, bool(free_electrons)), x)
@@ -154,6 +168,14 @@ def fit_drude_lorentz(
     errors = (index.n - data[1], index.k - data[2], f0_conductor(*index) - f0_conductor(data[1], data[2]))
     in_n, in_k, in_r = (_deviation(e) for e in errors)
     return Fit(found, in_n, in_k, in_r, bool(converged[best]), int(steps[best]))
+
+
+def _whole(name: str, value: Any) -> int:
+    """A whole number >= 1."""
+    require(name, value, Interval(1.0, np.inf, False, True))
+    if np.ndim(value) or value != int(value):
+        raise ValueError(f"{name} = {value} is not a whole number")
+    return int(value)
 
 
 def _ascending(model: DrudeLorentz, x: np.ndarray) -> DrudeLorentz:

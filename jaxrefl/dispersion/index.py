@@ -37,7 +37,8 @@ def from_permittivity(real: Real, imaginary: Real = 0.0) -> Index:
     Returns:
         Index of the broadcast shape.
 
-    Differentiable everywhere but at eps = 0, where the true derivative is infinite and the finite 0 is returned.
+    Differentiable everywhere but at eps = 0, where the true derivative is infinite and the finite 0 is returned. |eps|
+    up to 1e19 in float32, 1e150 in float64.
     Source: Born & Wolf, Principles of Optics, section 14.1, (15).
     """
     re, im = jnp.broadcast_arrays(*floats(real, imaginary))

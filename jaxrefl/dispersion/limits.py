@@ -11,7 +11,7 @@ from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Bool, Float
 
-from ..params import Interval, is_concrete, require, validate
+from ..params import Interval, floats, is_concrete, require, validate
 from .index import Index
 
 Limits = tuple[Any, Any]
@@ -31,8 +31,20 @@ def limits(model: Any) -> Limits:
     return getattr(model, "range_nm", (None, None))
 
 
+def same_length(**coefficients: Any) -> None:
+    """Raise `ValueError` naming the lists of coefficients, of which one belongs to each term, if they do not match."""
+    shapes = {name: (len(x),) if isinstance(x, (list, tuple)) else np.shape(x) for name, x in coefficients.items()}
+    if len({shape[-1:] or (1,) for shape in shapes.values()}) > 1:
+        text = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ValueError(f"shapes {text} differ; each holds one number for every term")
+
+
 def check_wavelength(wavelength_nm: Any, low: Any = None, high: Any = None) -> None:
-    """Raise `ValueError` for a concrete wavelength outside a concrete range."""
+    """Raise `ValueError` for a concrete wavelength outside a concrete range, or for a range that is empty."""
+    if low is not None and high is not None and is_concrete(low) and is_concrete(high) and not low < high:
+        raise ValueError(
+            f"the range is empty: its lower end, {float(low):g} nm, is not below the upper one, {float(high):g} nm"
+        )
     if all(is_concrete(x) for x in jax.tree.leaves((wavelength_nm, low, high))):
         interval = Interval(
             0.0 if low is None else float(low), np.inf if high is None else float(high), low is None, high is None
@@ -68,7 +80,7 @@ def in_range(model: Any, wavelength_nm: Float[ArrayLike, "..."]) -> Bool[Array, 
         Booleans of the same shape. Both ends belong to the range.
     """
     low, high = limits(model)
-    wavelength = jnp.asarray(wavelength_nm)
+    (wavelength,) = floats(wavelength_nm)
     inside = wavelength > 0
     if low is not None:
         inside = inside & (wavelength >= jnp.asarray(low, wavelength.dtype))

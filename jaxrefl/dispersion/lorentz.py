@@ -12,7 +12,7 @@ from ..params import param, pytree
 from ..safe import safe_divide
 from .closed import high_nm, low_nm
 from .index import Index, from_permittivity
-from .limits import Limits, prepare
+from .limits import Limits, prepare, same_length
 
 HC_EV_NM = 1239.8419843320026
 """Planck's constant times the speed of light in eV nm: photon energy times wavelength."""
@@ -24,8 +24,8 @@ class DrudeLorentz:
 
     w is the photon energy, time factor exp(-i w t): all terms absorb. Computed in real arithmetic, see
     `from_permittivity`. Differentiable in every parameter and the wavelength, at zero damping too; there a resonance
-    hit exactly is left out. Source: A. D. Rakic et al., Appl. Opt. 37, 5271 (1998), (1)-(3), whose tables are in this
-    form (their Gamma, f and omega).
+    hit exactly is left out. In float32 for |eps| < 1e19, of metals for wavelengths up to 1e11 nm. Source: A. D. Rakic
+    et al., Appl. Opt. 37, 5271 (1998), (1)-(3), whose tables are in this form (their Gamma, f and omega).
     """
 
     plasma_ev: Any = param("(0, inf)", unit="eV", doc="plasma energy wp")
@@ -45,6 +45,7 @@ class DrudeLorentz:
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
+        same_length(f=self.f, energy_ev=self.energy_ev, gamma_ev=self.gamma_ev)
         leaves = (self.plasma_ev, self.f0, self.gamma0_ev, self.f, self.energy_ev, self.gamma_ev, self.eps_inf)
         wavelength, wp, f0, g0, f, wj, gj, eps_inf = prepare(self, wavelength_nm, *leaves)
         w = HC_EV_NM / wavelength

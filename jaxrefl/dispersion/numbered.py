@@ -8,7 +8,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax import Array, lax
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
@@ -23,9 +23,17 @@ def _pairs(c: Array, first: int) -> tuple[Array, Array]:
     return c[first::2], c[first + 1 :: 2]
 
 
+def _power(base: Array, p: Array) -> Array:
+    """base^p, by a negative base (p then is whole) without a slope in p."""
+    positive, negative = jnp.where(base < 0, 1.0, base), jnp.where(base < 0, base, -1.0)
+    return jnp.where(base < 0, negative ** lax.stop_gradient(p), positive**p)
+
+
 def _general(x: Array, c: Array) -> Array:
     terms = sum(
-        c[i] * x ** c[i + 1] * safe_divide(1.0, x * x - c[i + 2] ** c[i + 3]) for i in (1, 5) if i + 3 < c.shape[0]
+        c[i] * x ** c[i + 1] * safe_divide(1.0, x * x - _power(c[i + 2], c[i + 3]))
+        for i in (1, 5)
+        if i + 3 < c.shape[0]
     )
     b, p = _pairs(c, 9)
     return c[0] + terms + jnp.sum(b * x[..., None] ** p, axis=-1)

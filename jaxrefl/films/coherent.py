@@ -123,9 +123,10 @@ def absorbed(
 
 
 def _angle(y: Array, x: Array) -> Result:
-    """atan2(y, x), 0 with slope 0 where both vanish."""
+    """atan2(y, x) in (-pi, pi], 0 with slope 0 where both vanish."""
     nothing = x * x + y * y < jnp.finfo(x.dtype).tiny
-    return jnp.where(nothing, 0.0, jnp.arctan2(y, jnp.where(nothing, 1.0, x)))
+    angle = jnp.where(nothing, 0.0, jnp.arctan2(y, jnp.where(nothing, 1.0, x)))
+    return jnp.where(angle <= -jnp.pi, angle + 2 * jnp.pi, angle)  # of a y that is -0, or rounds to it
 
 
 def _phase(z: Array) -> Result:

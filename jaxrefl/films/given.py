@@ -47,9 +47,7 @@ def given(
     if len(pair) != 2:
         raise ValueError(f"inside has {len(pair)} entries; it is an index n, or a pair (n, k)")
     given = (cos_theta, wavelength_nm, n, k, thickness_nm, outside, *pair)
-    arguments: tuple[Any, ...] = tuple(
-        jnp.asarray(value) if isinstance(value, (list, tuple)) else value for value in given
-    )
+    arguments = tuple(_array(name, value) for name, value in zip(_RANGES, given, strict=True))
     for (name, interval), value in zip(_RANGES.items(), arguments, strict=True):
         require(name, value, interval)
     c, wavelength, n, k, d, outer, n_in, k_in = floats(*arguments)
@@ -58,13 +56,42 @@ def given(
         raise ValueError(f"layers = {counts}: the first axis of n, k and thickness_nm is that of the layers, and equal")
     (count,) = set(counts.values())
     n, k, d = (v if v.ndim else jnp.broadcast_to(v, (count,)) for v in (n, k, d))
-    single = (v.shape[1:] for v in (n, k, d))
-    shape = np.broadcast_shapes(*(v.shape for v in (c, wavelength, outer, n_in, k_in)), *single)
+    shape = _shape(
+        {"cos_theta": c, "wavelength_nm": wavelength, "outside": outer, "inside n": n_in, "inside k": k_in},
+        {"n": n, "k": k, "thickness_nm": d},
+    )
     eta, kappa = (jax.vmap(lambda v: v / outer)(v) for v in (n, k))
     x = jax.vmap(lambda d: 2 * jnp.pi * outer * d / wavelength)(d)
     c, n_in, k_in = jnp.broadcast_to(c, shape), n_in / outer, k_in / outer
     q = to_complex(c, jnp.zeros_like(c))
     return Given(c, (eta, kappa, x), Medium(q, jnp.stack([q, q])), medium(c, n_in, k_in), to_complex(n_in, k_in))
+
+
+def _array(name: str, value: Any) -> Any:
+    """A list as an array; its entries have one shape."""
+    if not isinstance(value, (list, tuple)):
+        return value
+    try:
+        return jnp.asarray(value)
+    except (TypeError, ValueError) as error:
+        shapes = [np.shape(entry) for entry in jax.tree.leaves(value)]
+        if len(set(shapes)) < 2:
+            raise
+        hint = "; films.stack makes n and k of one pair per layer" if name in ("n", "k") else ""
+        raise ValueError(f"{name} has entries of shapes {shapes}; they must be equal{hint}") from error
+
+
+def _shape(single: dict[str, Array], layered: dict[str, Array]) -> tuple[int, ...]:
+    """Shape of the result: of the arguments, and of those of the layers without their first axis."""
+    shapes = {name: v.shape for name, v in single.items()} | {name: v.shape[1:] for name, v in layered.items()}
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        text = ", ".join(f"{name} {v.shape}" for name, v in (layered | single).items() if v.shape)
+        raise ValueError(
+            f"shapes {text} do not broadcast, the first axis of n, k and thickness_nm left aside; "
+            "films.stack makes n and k of one pair per layer"
+        ) from None
 
 
 def stack(*indices: tuple[Real, Real]) -> tuple[Float[Array, "layers ..."], Float[Array, "layers ..."]]:

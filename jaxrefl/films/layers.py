@@ -170,7 +170,7 @@ def respond(above: Medium, top: Fields, below: Medium) -> Response:
     nothing = over == 0
     r, t = (y * top.a - top.b) * over, jnp.where(nothing, 1.0, 2 * y * over * top.through)
     kept = 4 * ((y * top.a * over) * (top.b * over).conj()).real  # 1 - |r|^2, without the difference
-    incident = y.real + safe_divide(y.imag * y.imag, y.real)  # |y|^2 / Re y
+    incident = y.real + y.imag * safe_divide(y.imag, y.real)  # |y|^2 / Re y; in all that are used |Im y| <= Re y
     transmitted = 4 * ((incident * over) * (below.y.real * over).conj()).real * square(top.through)
     kept, transmitted = jnp.where(nothing, 1.0, kept), jnp.where(nothing, 1.0, transmitted)
     return Response(r, t, _smaller_first(square(r), kept), kept, transmitted)

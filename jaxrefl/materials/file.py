@@ -23,7 +23,8 @@ def from_csv(path: Path | str, unit: str | None = None, *, method: str = "linear
     Args:
         path: text file; lines that begin with # are passed over. A first line that is no number is the header:
             "wavelength_nm,n,k", "wl (um);n;k", "energy_eV n k". Columns named n and k are found wherever they are,
-            the first other one is the abscissa. Without a header the columns are abscissa, n, k.
+            the first other one whose title names a unit is the abscissa (else the first other one). Without a header
+            the columns are abscissa, n, k. UTF-8, or what else old programs write (cp1252).
         unit: of the abscissa, "nm", "um" or "eV"; None takes it from the header. Rows may come in any order.
         method: of interpolation, "linear" or "cubic".
 
@@ -37,9 +38,11 @@ def from_csv(path: Path | str, unit: str | None = None, *, method: str = "linear
     path = Path(path)
     if method not in METHODS:
         raise ValueError(f"method = {method!r} must be one of {', '.join(METHODS)}")
+    if unit is not None and not isinstance(unit, str):
+        raise ValueError(f"unit = {unit!r} must be one of {', '.join(UNITS)}")
     lines = [
         (number, _cells(line))
-        for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1)
+        for number, line in enumerate(_text(path).splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:
@@ -50,7 +53,11 @@ def from_csv(path: Path | str, unit: str | None = None, *, method: str = "linear
     rows = np.array([_row(path, number, cells, places) for number, cells in lines]).reshape(len(lines), len(places))
     if len(rows) < 2:
         raise ValueError(f"{path} has {len(rows)} rows; a table has at least two")
-    wavelength = {"nm": rows[:, 0], "um": 1000 * rows[:, 0], "ev": HC_EV_NM / rows[:, 0]}[kind]
+    with np.errstate(over="ignore"):
+        wavelength = {"nm": rows[:, 0], "um": 1000 * rows[:, 0], "ev": HC_EV_NM / rows[:, 0]}[kind]
+    for (number, cells), nm in zip(lines, wavelength, strict=True):
+        if not 0 < nm < np.inf:
+            raise ValueError(f"{path}, line {number}, column {places[0] + 1}: {cells[places[0]]} is {nm:g} nm")
     order = np.argsort(wavelength, kind="stable")
     same = np.flatnonzero(np.diff(wavelength[order]) <= 0)
     if same.size:
@@ -61,6 +68,17 @@ def from_csv(path: Path | str, unit: str | None = None, *, method: str = "linear
     about = Provenance(path.stem, path.name, "measured", len(places) == 3, ends, str(path), "", "", "the user's own")
     k = columns[2] if len(places) == 3 else np.zeros(len(rows))
     return Material(Tabulated(columns[0], columns[1], k, method), about)
+
+
+def _text(path: Path) -> str:
+    """Contents: UTF-8, or else cp1252, in which the sign of micro is one byte."""
+    content = path.read_bytes()
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    raise ValueError(f"{path} is no text in UTF-8 or cp1252")
 
 
 def _cells(line: str) -> list[str]:
@@ -90,7 +108,14 @@ def _places(header: list[str] | None, width: int, path: Path) -> list[int]:
     others = [i for i, name in enumerate(names) if name not in ("n", "k")]
     if not others:
         raise ValueError(f"{path}: the header {', '.join(header)} has no column of wavelengths or energies")
-    return [others[0], names.index("n"), *([names.index("k")] if "k" in names else [])]
+    named = [i for i in others if _units(header[i])]
+    return [(named or others)[0], names.index("n"), *([names.index("k")] if "k" in names else [])]
+
+
+def _units(title: str) -> set[str]:
+    """Units that the title of a column names."""
+    words = "".join(c if c.isalpha() else " " for c in title.casefold()).split()
+    return {_UNITS[word] for word in words if word in _UNITS}
 
 
 def _unit(unit: str | None, title: str | None, path: Path) -> str:
@@ -98,8 +123,7 @@ def _unit(unit: str | None, title: str | None, path: Path) -> str:
         if unit.casefold() not in _UNITS:
             raise ValueError(f"unit = {unit!r} must be one of {', '.join(UNITS)}")
         return _UNITS[unit.casefold()]
-    words = "".join(c if c.isalpha() else " " for c in (title or "").casefold()).split()
-    found = {_UNITS[word] for word in words if word in _UNITS}
+    found = _units(title or "")
     if len(found) != 1:
         raise ValueError(f"{path}: the unit of column {title or 1!r} is not clear; give unit = {', '.join(UNITS)}")
     return found.pop()

@@ -7,7 +7,7 @@ a glass, rays of different wavelengths go different ways, and each wavelength is
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import jax
@@ -18,9 +18,11 @@ from jax.extend.core import Jaxpr, Literal
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
-from ..params import Interval, require
+from ..params import Interval, is_concrete, require
 from ..scene import Leaf, Scene, walk
 
+CALLS = ("jit", "pjit", "closed_call", "checkpoint", "custom_jvp_call")
+"""Primitives whose inputs and outputs are those of the program inside."""
 Build = Callable[[Any], Scene]
 """Scene of one wavelength in nanometres, a traceable function."""
 
@@ -49,17 +51,19 @@ def family(build: Build, wavelength_nm: Float[ArrayLike, "n"]) -> Family:
         wavelength_nm: (n,) nanometres, (0, inf), ascending; not traced.
 
     Raises:
-        ValueError: no ascending list of wavelengths; a wavelength where a material of ``build`` has no data (the first
-            and the last one are tried outside of any trace).
+        ValueError: no ascending list of wavelengths; a colour of several channels; a wavelength where a material of
+            ``build`` has no data (the first and the last one are tried outside of any trace).
     """
+    if not is_concrete(wavelength_nm):
+        raise ValueError("wavelength_nm is traced; which wavelengths there are has to be known")
     places = np.asarray(wavelength_nm, np.float64)
     if places.ndim != 1 or not places.size or not (np.diff(places) > 0).all():
         raise ValueError(f"wavelength_nm has shape {places.shape}; it must be one ascending axis, in nanometres")
     require("wavelength_nm", places, Interval.parse("(0, inf)"))
     for end in (places.min(), places.max()):
-        build(float(end))
+        walk(build(float(end)), "", _one_channel)
     program, scene = jax.make_jaxpr(build, return_shape=True)(jnp.asarray(places[0]))
-    structure, varying = jax.tree.structure(scene), _depends(program.jaxpr)
+    structure, varying = jax.tree.structure(scene), tuple(_depends(program.jaxpr, [True]))
     declared = _declared(jax.tree.unflatten(structure, range(len(varying))))
     axes = tuple(0 if flag else None for flag in varying)
     leaves = jax.vmap(lambda w: tuple(jax.tree.leaves(build(w))), out_axes=axes)(jnp.asarray(places))
@@ -67,13 +71,31 @@ def family(build: Build, wavelength_nm: Float[ArrayLike, "n"]) -> Family:
     return Family(tuple(map(jnp.asarray, leaves)), structure, varying, tuple(sorted(paths)))
 
 
-def _depends(program: Jaxpr) -> tuple[bool, ...]:
-    """Whether each output depends on the input; of a nested program all outputs do if any input does."""
-    reached = set(program.invars)
+def _depends(program: Jaxpr, given: list[bool]) -> list[bool]:
+    """Whether each output depends on the inputs of a set; of a loop all outputs do if any input is in the set."""
+    reached = {v for v, flag in zip(program.invars, given, strict=True) if flag}
+
+    def flags(values: Iterable[Any]) -> list[bool]:
+        return [not isinstance(v, Literal) and v in reached for v in values]
+
     for equation in program.eqns:
-        if any(not isinstance(v, Literal) and v in reached for v in equation.invars):
-            reached.update(equation.outvars)
-    return tuple(not isinstance(v, Literal) and v in reached for v in program.outvars)
+        into = flags(equation.invars)
+        inner = equation.params.get("jaxpr", equation.params.get("call_jaxpr"))
+        if equation.primitive.name in CALLS and inner is not None:
+            out = _depends(getattr(inner, "jaxpr", inner), into)
+        else:
+            out = [any(into)] * len(equation.outvars)
+        reached.update(v for v, flag in zip(equation.outvars, out, strict=True) if flag)
+    return flags(program.outvars)
+
+
+def _one_channel(leaf: Leaf) -> Any:
+    """Refuse a colour of several channels."""
+    if leaf.declared is not None and leaf.declared.spectral:
+        shape = jnp.shape(leaf.value if isinstance(leaf.value, Array) else np.asarray(leaf.value))
+        if shape and shape[-1] != 1:
+            raise ValueError(f"{leaf.path} has {shape[-1]} channels; a scene of one wavelength has 1")
+    return leaf.value
 
 
 def _declared(numbered: Scene) -> dict[int, Leaf]:
@@ -89,7 +111,7 @@ def _declared(numbered: Scene) -> dict[int, Leaf]:
 
 
 def spectral_scene(build: Build, wavelength_nm: Float[ArrayLike, "n"]) -> Scene:
-    """One scene with spectra (n,), for a ``build`` in which colours alone depend on the wavelength.
+    """One scene with spectra (n,), for a ``build`` in which colours alone depend on the wavelength; (1,) if none does.
 
     Args, Raises: as of `family`; and a ValueError that names what depends on the wavelength and is no colour.
 

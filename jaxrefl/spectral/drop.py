@@ -11,13 +11,13 @@ from jax import Array, lax
 from jaxtyping import Float
 
 from ..geometry import Ray, Sphere
-from ..params import checked
+from ..params import Interval, checked, floats, require
 from ..scene import Object, Scene
 from ..surface import Dielectric
 from ..trace import follow
 from ..vec import Vec3
 
-STEPS = 60  # of bisection: an interval below 1e-18
+STEPS = 60  # of bisection: an interval below 1e-17
 
 
 class Rainbow(NamedTuple):
@@ -41,35 +41,36 @@ def _deflection(impact: Array, eta: Array, branches: str) -> Array:
     zero = jnp.zeros_like(impact)
     ray = Ray(Vec3(impact, zero, zero - 2), Vec3(zero, zero, zero + 1))
     out = follow(drop(eta), ray, branches).direction
-    return jnp.mod(jnp.arctan2(-out.x, out.z), 2 * jnp.pi)
+    gone = (out.x == 0) & (out.z == 0)
+    turned = jnp.mod(jnp.arctan2(-out.x, jnp.where(gone, 1.0, out.z)), 2 * jnp.pi)
+    return jnp.where(gone, jnp.nan, turned)
 
 
-@checked(impact="(0, 1)", eta="(1, inf)")
+@checked(impact="(0, 1)", eta="(1, 1000]")
 def deflection(impact: Float[Array, ""], eta: Float[Array, ""], branches: str = "TRT") -> Float[Array, ""]:
     """Angle by which a ray is turned that follows some branches through a sphere, traced.
 
     Args:
         impact: () distance of the ray from the axis over the radius of the sphere, (0, 1).
-        eta: () index of the sphere over the outside, (1, inf).
+        eta: () index of the sphere over the outside, (1, 1000].
         branches: letters R and T, see `jaxrefl.trace.follow`; "TRT" is the primary bow, "TRRT" the secondary one.
 
     Returns:
-        radians, [0, 2 pi): the turn modulo whole turns.
+        radians, [0, 2 pi): the turn modulo whole turns; NaN if the branches miss the sphere or meet total reflection.
 
     Raises:
         ValueError: a value out of its range; another letter.
 
     Differentiable in impact and eta. One ray; map it with `jax.vmap`.
     """
-    return _deflection(jnp.asarray(impact, float), jnp.asarray(eta, float), branches)
+    return _deflection(*floats(impact, eta), branches)
 
 
-@checked(eta="(1, inf)")
 def rainbow(eta: Float[Array, ""], reflections: int = 1) -> Rainbow:
     """Rainbow of a drop: the ray of least deflection, found where the derivative of the traced one vanishes.
 
     Args:
-        eta: () index of the drop over the outside, (1, inf), and below reflections + 1, where the bow closes.
+        eta: () index of the drop over the outside, (1, reflections + 1): above, the bow is closed.
         reflections: inside the drop; 1 is the primary bow, 2 the secondary one; static.
 
     Returns:
@@ -79,20 +80,21 @@ def rainbow(eta: Float[Array, ""], reflections: int = 1) -> Rainbow:
     Raises:
         ValueError: a value out of its range.
 
-    Differentiable in eta: at an extreme the slope is that of the deflection for the impact held.
+    The first derivatives of deflection and radius in eta are those of the traced ray, the impact held, as they are at
+    an extreme. The impact itself has none (0), and so second derivatives of the angles are not the true ones.
     """
     if reflections not in (1, 2):
         raise ValueError(f"reflections = {reflections!r} must be 1 or 2")
-    branches, eta = "T" + "R" * reflections + "T", jnp.asarray(eta, float)
+    require("eta", eta, Interval.parse(f"(1, {reflections + 1})"))
+    branches, (eta,) = "T" + "R" * reflections + "T", floats(eta)
     slope = jax.grad(functools.partial(_deflection, branches=branches))
 
     def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
-        middle = 0.5 * (ends[0] + ends[1])
-        falls = slope(middle, lax.stop_gradient(eta)) < 0
+        middle = 0.5 * (ends[0] + ends[1])  # an angle of incidence
+        falls = slope(jnp.sin(middle), lax.stop_gradient(eta)) < 0
         return jnp.where(falls, middle, ends[0]), jnp.where(falls, ends[1], middle)
 
-    one = jnp.ones_like(eta)
-    low, high = lax.fori_loop(0, STEPS, halve, (0.01 * one, (1 - 1e-6) * one))
-    impact = lax.stop_gradient(0.5 * (low + high))
+    low, high = lax.fori_loop(0, STEPS, halve, (jnp.zeros_like(eta), jnp.full_like(eta, jnp.pi / 2)))
+    impact = lax.stop_gradient(jnp.sin(0.5 * (low + high)))
     turned = _deflection(impact, eta, branches)
     return Rainbow(impact, turned, jnp.abs(jnp.pi - turned))

@@ -32,8 +32,8 @@ class SpectralImage(NamedTuple):
 
     radiance: Array
     """(H, W, n) linear radiance at the wavelengths."""
-    wavelength_nm: Array
-    """(n,) nanometres."""
+    wavelength_nm: np.ndarray
+    """(n,) nanometres, not traced."""
     alpha: Array
     """(H, W) as of `jaxrefl.render.Image`; the mean over the wavelengths."""
     depth: Array
@@ -47,7 +47,8 @@ class SpectralImage(NamedTuple):
         """Picture in linear sRGB, unclipped, if all light has the spectrum of an illuminant times that of the scene.
 
         Lights and background of the scene are then relative to the illuminant: a spectrum of ones is its own. One
-        render so serves any illuminant. Arguments and errors as of `jaxrefl.colour.spectrum_to_rgb`.
+        render so serves any illuminant. Arguments and errors as of `jaxrefl.colour.spectrum_to_rgb`. Differentiable;
+        under `jit` where the picture is made there, too, because its wavelengths must be known.
         """
         radiance = colour.spectrum_to_rgb(self.radiance, self.wavelength_nm, illuminant, observer, white)
         return self._shown(radiance)
@@ -84,17 +85,18 @@ def render_spectral(
         camera, width, height, n_bounces, spp, seed, max_nodes, max_waiting, min_weight, remedy, devices: as of
             `jaxrefl.render.render`.
         wavelength_nm: (n,) nanometres, ascending, any number; not traced.
-        progress: called with (samples done, samples in all, rays); not traceable.
+        progress: called with (samples done, samples in all, 0: rays are not counted); not traceable.
 
     Raises:
-        ValueError: a value out of its range; a wavelength outside the data of a material.
+        ValueError: a value out of its range at any of the wavelengths; a colour of several channels in the scene of
+            one; a wavelength outside the data of a material.
 
     Where colours alone depend on the wavelength, one pass carries spectra of n channels; else the same trace is
     mapped over the wavelengths, `CHUNK` of them at a time, which share the search for the first hit.
     Differentiable in the camera and in whatever ``build`` closes over, but for the motion of edges.
     """
     scenes = family(build, wavelength_nm)
-    places = jnp.asarray(np.asarray(wavelength_nm))
+    places = np.asarray(wavelength_nm, np.float64)
     count = len(places)
     loop: dict[str, Any] = {"n_bounces": n_bounces, "spp": spp, "max_nodes": max_nodes, "max_waiting": max_waiting}
     if not scenes.dispersing:
@@ -102,8 +104,9 @@ def render_spectral(
             combined(scenes), camera, width, height, seed=seed, min_weight=min_weight, remedy=remedy, account=False,
             progress=progress, devices=devices, tile=_tile(count / 3), **loop,
         )  # fmt: skip
-        return _spectral(image, places)
-    cameras.check_size(width, height, spp)
+        radiance = jnp.broadcast_to(image.radiance, (*image.radiance.shape[:2], count))  # of one, if nothing depends
+        return _spectral(image._replace(radiance=radiance), places)
+    cameras.check_size(width=width, height=height, spp=spp)
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
     check_model(camera, "camera")
     cameras.check(camera)
@@ -113,14 +116,15 @@ def render_spectral(
     for first in range(0, count, chunk):
         some = _some(scenes, [min(i, count - 1) for i in range(first, first + chunk)])
         if first == 0:
-            check(scenes.one(0))
+            for i in range(count):
+                check(scenes.one(i))
             plan = plan._replace(classes=foreign_classes((scenes.one(0), camera)))
         image = _mapped(some.leaves, camera, options, seed, some.structure, some.varying, plan, tuple(devices or ()))
         images.append(image._replace(radiance=image.radiance[: count - first], alpha=image.alpha[: count - first]))
         if progress is not None:
             done = min(first + chunk, count) * width * height * spp
             image.radiance.block_until_ready()
-            progress(done, count * width * height * spp, done)
+            progress(done, count * width * height * spp, 0)
     radiance = jnp.concatenate([image.radiance[..., 0] for image in images])
     alpha = jnp.concatenate([image.alpha for image in images])
     return _spectral(images[0]._replace(radiance=jnp.moveaxis(radiance, 0, -1), alpha=alpha.mean(axis=0)), places)
@@ -152,5 +156,5 @@ def _mapped(
     return image._replace(depth=image.depth[0], normal=image.normal[0], primitive=image.primitive[0])
 
 
-def _spectral(image: Image, wavelength_nm: Array) -> SpectralImage:
+def _spectral(image: Image, wavelength_nm: np.ndarray) -> SpectralImage:
     return SpectralImage(image.radiance, wavelength_nm, image.alpha, image.depth, image.normal, image.primitive)
