@@ -60,7 +60,7 @@ def draw(data: dict, fig) -> None:
         plot.mark(left, x=edge)
     plot.labels(left, xlabel="wavelength (nm)", ylabel="reflectance R", title="normal incidence")
     plot.labels(left, xlim=(400, 800), ylim=(0, 1.3), legend="upper right")
-    left.set_yticks(np.linspace(0, 1, 6))
+    plot.labels(left, yticks=np.linspace(0, 1, 6))
     high, low, glass = data["n"]
     line = np.linspace(1, data["pairs"][-1], 100)
     y = glass * (high / low) ** (2 * line)

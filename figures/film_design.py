@@ -67,7 +67,7 @@ def draw(data: dict, fig) -> None:
     rows = np.concatenate([np.asarray(data["rgb"]), ends], axis=1)
     plot.strip(colour.to_gamut(rows), (0, rows.shape[1]), ax=top, title="colour at each step, and the target")
     plot.mark(top, x=steps, color="white")
-    top.set(xticks=[0, 100, 200, 300], yticks=[5 / 6, 0.5, 1 / 6], yticklabels=names)
+    plot.labels(top, xticks=[0, 100, 200, 300], yticks=dict(zip((5 / 6, 0.5, 1 / 6), names, strict=True)))
     plot.labels(top, xlabel="step")
     for name, distance, r, color, line in zip(names, data["distance"], data["spectra"], colors, lines, strict=True):
         plot.cartesian(np.arange(steps), distance, ax=far, label=name, color=color, linestyle=line)
@@ -81,4 +81,4 @@ def draw(data: dict, fig) -> None:
     for i, (d, color) in enumerate(groups.values()):
         plot.bars(sizes, np.arange(5) + 0.2 * (i - 1.5), d, 0.18, color=color)
     plot.labels(sizes, ylabel="thickness (nm)", xlabel="layer, from the outside in")
-    sizes.set_xticks(range(5), ["TiO$_2$", "SiO$_2$"] * 2 + ["TiO$_2$"])
+    plot.labels(sizes, xticks=dict(enumerate(["TiO$_2$", "SiO$_2$"] * 2 + ["TiO$_2$"])))

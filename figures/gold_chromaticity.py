@@ -75,8 +75,7 @@ def draw(data: dict, fig) -> None:
         away = 0.045 * (at - data["white"]) / np.linalg.norm(at - data["white"])
         plot.note(whole, at + away, f"{nm}", fontsize="x-small")
     plot.note(whole, (0.24, 0.6), "sRGB", color=plot.GREY)
-    plot.labels(whole, xlabel="x", ylabel="y", xlim=(-0.04, 0.8), ylim=(-0.02, 0.9))
-    whole.set_aspect("equal")
+    plot.labels(whole, xlabel="x", ylabel="y", xlim=(-0.04, 0.8), ylim=(-0.02, 0.9), aspect="equal")
     where = np.isin(data["theta_deg"], MARKED)
     shown = colour.to_gamut(data["rgb"][0, where])
     names = [f"{theta:.0f}°" for theta in data["theta_deg"][where]]

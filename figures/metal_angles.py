@@ -60,8 +60,7 @@ def draw(data: dict, fig) -> None:
         for delta, line, name in zip(data["difference"][i], (":", "--"), names[1:], strict=True):
             plot.cartesian(theta, delta, ax=below, linestyle=line, color=plot.GREY, label=name)
         plot.mark(below, y=1)
-        plot.labels(curves, xlim=(0, 90))
-        curves.tick_params(labelbottom=False)
+        plot.labels(curves, xlim=(0, 90), xticks=dict.fromkeys(range(0, 91, 20), ""))
         plot.labels(
             below, xlabel=plot.ANGLE.replace(" (", "\n("), xlim=(0, 90), ylim=(0, 1.04 * data["difference"].max())
         )

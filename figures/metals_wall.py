@@ -72,6 +72,5 @@ def draw(data: dict, fig) -> None:
     for shift, key, shade, text in ((-0.2, "spread", plot.BLUE, "sources"), (0.2, "change", plot.ORANGE, "lights")):
         plot.bars(chart, x + shift, data[key], 0.4, shade, [f"{v:.1f}" if v > 0 else "" for v in data[key]])
         plot.cartesian([], [], ax=chart, color=shade, linewidth=6, label=f"farthest of its {text}")
-    chart.set_xticks(x, data["metal"])
-    chart.grid(False, axis="x")
-    plot.labels(chart, ylabel="CIEDE2000", xlim=(-0.5, count - 0.5), legend=True)
+    names = dict(zip(x, data["metal"], strict=True))
+    plot.labels(chart, ylabel="CIEDE2000", xlim=(-0.5, count - 0.5), xticks=names, legend=True)

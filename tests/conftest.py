@@ -10,6 +10,9 @@ import pytest
 
 from jaxrefl import gallery
 
+with np.printoptions():  # importing it changes those of numpy, for whatever test comes next in the process
+    import colour  # noqa: F401
+
 jax.config.update("jax_enable_x64", True)
 hypothesis.settings.register_profile("jaxrefl", deadline=None, derandomize=True, max_examples=60)
 hypothesis.settings.load_profile("jaxrefl")

@@ -71,12 +71,21 @@ def labels(
     ylim: tuple[float | None, float | None] | None = None,
     xscale: str | None = None,
     yscale: str | None = None,
+    xticks: Any = None,
+    yticks: Any = None,
+    aspect: str | float | None = None,
     legend: bool | str = False,
 ) -> Axes:
-    """Set what is given of the axes' texts, limits and scales; ``legend`` is True or a location."""
-    given = {"xlabel": xlabel, "ylabel": ylabel, "title": title, "xlim": xlim, "ylim": ylim}
-    given |= {"xscale": xscale, "yscale": yscale}
+    """Set what is given of the axes' texts, limits, scales, ticks and aspect; ``legend`` is True or a location.
+
+    Ticks are places, or a dict place -> text.
+    """
+    given: dict[str, Any] = {"xlabel": xlabel, "ylabel": ylabel, "title": title, "xlim": xlim, "ylim": ylim}
+    given |= {"xscale": xscale, "yscale": yscale, "aspect": aspect}
     ax.set(**{name: value for name, value in given.items() if value is not None})
+    for put, ticks in ((ax.set_xticks, xticks), (ax.set_yticks, yticks)):
+        if ticks is not None:
+            put(list(ticks), list(ticks.values()) if isinstance(ticks, Mapping) else None)
     if legend:
         ax.legend(loc=legend if isinstance(legend, str) else "best")
     return ax
