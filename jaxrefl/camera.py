@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from .geometry import Ray
 from .params import Interval, is_concrete, param, pytree, require
+from .scene import check_model
 from .vec import Vec3, cross, normalize
 
 
@@ -42,12 +43,14 @@ def check(camera: Any) -> None:
         raise ValueError(f"camera.up = {up.tolist()} is parallel to the view {view.tolist()}; it must not be")
 
 
-def check_size(**sizes: int) -> None:
-    """Raise `ValueError` for a size that is no whole number from 1."""
+def check_picture(camera: Any, **sizes: int) -> None:
+    """Raise `ValueError` for a size that is no whole number from 1, or a camera that can take no picture."""
     for name, value in sizes.items():
         require(name, value, Interval.parse("[1, inf)"))
         if not isinstance(value, (int, np.integer)):
             raise ValueError(f"{name} = {value!r} is not a whole number")
+    check_model(camera, "camera")
+    check(camera)
 
 
 @pytree

@@ -24,7 +24,7 @@ from . import d3d9
 from .geometry import SKIP, Ray, Remedy
 from .params import foreign_classes
 from .path import Budget, Options
-from .scene import Scene, canonical_model, check, check_model
+from .scene import Scene, canonical_model, check
 from .stage import stage
 from .trace import Trace, check_loop, trace_batch
 
@@ -254,13 +254,11 @@ def render(
 
     Differentiable in every leaf of scene and camera, except for the motion of edges.
     """
-    cameras.check_size(width=width, height=height, spp=spp, tile=TILE if tile is None else tile)
+    cameras.check_picture(camera, width=width, height=height, spp=spp, tile=TILE if tile is None else tile)
     if alpha not in ALPHAS:
         raise ValueError(f"alpha = {alpha!r} must be one of {', '.join(ALPHAS)}")
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
     check(scene)
-    check_model(camera, "camera")
-    cameras.check(camera)
     loop = {"n_bounces": n_bounces, "spp": spp, "max_nodes": max_nodes, "max_waiting": max_waiting}
     plan = plan_of(width, height, tile, **loop, account=account, classes=foreign_classes((scene, camera)))
     job = Job(scene, camera, Options(remedy, min_weight, n_bounces), seed)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ..params import param, pytree
 from ..safe import safe_divide
 from .index import Index, from_permittivity
-from .limits import Limits, limits, prepare, same_length
+from .limits import Limits, Ranged, limits, prepare, same_length
 
 REAL = "(-inf, inf)"
 
@@ -50,7 +50,7 @@ class Constant:
 
 
 @pytree
-class Cauchy:
+class Cauchy(Ranged):
     """Cauchy's formula n = a + b / L^2 + c / L^4, L in micrometres; k = 0.
 
     A fit for the visible, not for more. Tables of it that give a = n_d (Wikipedia's, for all glasses but BK7) are
@@ -63,11 +63,6 @@ class Cauchy:
     low_nm: Any = low_nm()
     high_nm: Any = high_nm()
 
-    @property
-    def range_nm(self) -> Limits:
-        """Wavelengths for which it holds."""
-        return self.low_nm, self.high_nm
-
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
         wavelength, a, b, c = prepare(self, wavelength_nm, self.a, self.b, self.c)
@@ -76,7 +71,7 @@ class Cauchy:
 
 
 @pytree
-class Sellmeier:
+class Sellmeier(Ranged):
     """Sellmeier's formula n^2 = constant + sum_i b_i L^2 / (L^2 - c_i), L in micrometres.
 
     c_i is the square of a wavelength of resonance. Where n^2 is negative (between a resonance and the zero above it)
@@ -90,11 +85,6 @@ class Sellmeier:
     low_nm: Any = low_nm()
     high_nm: Any = high_nm()
 
-    @property
-    def range_nm(self) -> Limits:
-        """Wavelengths for which it holds."""
-        return self.low_nm, self.high_nm
-
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
         same_length(b=self.b, c=self.c)
@@ -104,7 +94,7 @@ class Sellmeier:
 
 
 @pytree
-class Devore:
+class Devore(Ranged):
     """Devore's form n^2 = a + sum_i b_i / (L^2 - c_i), L in micrometres; of rutile, with one term.
 
     Differentiable as `Sellmeier` is. Source: J. R. Devore, J. Opt. Soc. Am. 41, 416 (1951).
@@ -116,11 +106,6 @@ class Devore:
     low_nm: Any = low_nm()
     high_nm: Any = high_nm()
 
-    @property
-    def range_nm(self) -> Limits:
-        """Wavelengths for which it holds."""
-        return self.low_nm, self.high_nm
-
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""
         same_length(b=self.b, c=self.c)
@@ -130,7 +115,7 @@ class Devore:
 
 
 @pytree
-class Polynomial:
+class Polynomial(Ranged):
     """Polynomial form n^2 = c0 + sum_i c_i L^p_i, L in micrometres, powers of either sign (Schott's, before 1992).
 
     Differentiable in the coefficients, the powers and the wavelength, but at n = 0 (there it is finite).
@@ -141,11 +126,6 @@ class Polynomial:
     p: Any = param(REAL, spectral=True, doc="powers (J,)")
     low_nm: Any = low_nm()
     high_nm: Any = high_nm()
-
-    @property
-    def range_nm(self) -> Limits:
-        """Wavelengths for which it holds."""
-        return self.low_nm, self.high_nm
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""

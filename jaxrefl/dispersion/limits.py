@@ -26,14 +26,31 @@ class Model(Protocol):
         ...
 
 
+class Ranged:
+    """What the models with ends of their own share; they are their last two fields."""
+
+    low_nm: Any
+    high_nm: Any
+
+    @property
+    def range_nm(self) -> Limits:
+        """Wavelengths for which it holds."""
+        return self.low_nm, self.high_nm
+
+
 def limits(model: Any) -> Limits:
     """Range of a model, (None, None) if it states none."""
     return getattr(model, "range_nm", (None, None))
 
 
+def shape_of(numbers: Any) -> tuple[int, ...]:
+    """Shape of an array, or of a list, whose numbers may be traced."""
+    return (len(numbers),) if isinstance(numbers, (list, tuple)) else np.shape(numbers)
+
+
 def same_length(**coefficients: Any) -> None:
     """Raise `ValueError` naming the lists of coefficients, of which one belongs to each term, if they do not match."""
-    shapes = {name: (len(x),) if isinstance(x, (list, tuple)) else np.shape(x) for name, x in coefficients.items()}
+    shapes = {name: shape_of(x) for name, x in coefficients.items()}
     if len({shape[-1:] or (1,) for shape in shapes.values()}) > 1:
         text = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         raise ValueError(f"shapes {text} differ; each holds one number for every term")

@@ -12,14 +12,14 @@ from ..params import param, pytree
 from ..safe import safe_divide
 from .closed import high_nm, low_nm
 from .index import Index, from_permittivity
-from .limits import Limits, prepare, same_length
+from .limits import Ranged, prepare, same_length
 
 HC_EV_NM = 1239.8419843320026
 """Planck's constant times the speed of light in eV nm: photon energy times wavelength."""
 
 
 @pytree
-class DrudeLorentz:
+class DrudeLorentz(Ranged):
     """Permittivity eps_inf - f0 wp^2 / (w (w + i g0)) + sum_j f_j wp^2 / (w_j^2 - w^2 - i w g_j), energies in eV.
 
     w is the photon energy, time factor exp(-i w t): all terms absorb. Computed in real arithmetic, see
@@ -37,11 +37,6 @@ class DrudeLorentz:
     eps_inf: Any = param("(0, inf)", default=1.0, doc="permittivity far above all energies")
     low_nm: Any = low_nm()
     high_nm: Any = high_nm()
-
-    @property
-    def range_nm(self) -> Limits:
-        """Wavelengths for which it holds."""
-        return self.low_nm, self.high_nm
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""

@@ -16,7 +16,7 @@ from ..params import Interval, param, pytree, require
 from ..safe import safe_divide
 from .closed import REAL, Devore, Polynomial, Sellmeier, high_nm, low_nm, real_index
 from .index import Index, from_permittivity
-from .limits import Limits, prepare
+from .limits import Ranged, prepare
 
 
 def _pairs(c: Array, first: int) -> tuple[Array, Array]:
@@ -73,7 +73,7 @@ _LENGTH = {4: 5, 5: 1, 6: 1, 7: 3, 8: 4, 9: 6}
 
 
 @pytree
-class NumberedFormula:
+class NumberedFormula(Ranged):
     """One of the numbered formulas 4 to 9 of the database of refractive indices, x the wavelength in micrometres.
 
     4: n^2 = c0 + c1 x^c2 / (x^2 - c3^c4) + c5 x^c6 / (x^2 - c7^c8) + sum c_i x^c_(i+1); 5 (Cauchy): n = c0 + sum c_i
@@ -89,11 +89,6 @@ class NumberedFormula:
     number: int = dataclasses.field(metadata={"static": True})
     low_nm: Any = low_nm()
     high_nm: Any = high_nm()
-
-    @property
-    def range_nm(self) -> Limits:
-        """Wavelengths for which it holds."""
-        return self.low_nm, self.high_nm
 
     def __call__(self, wavelength_nm: Float[ArrayLike, "..."]) -> Index:
         """Complex index at vacuum wavelengths in nm."""

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ..params import is_concrete, param, pytree
 from .index import Index
-from .limits import Limits, prepare
+from .limits import Limits, prepare, shape_of
 
 METHODS = ("linear", "cubic")
 
@@ -51,9 +51,7 @@ class Tabulated:
     def _check(self) -> None:
         if self.method not in METHODS:
             raise ValueError(f"method = {self.method!r} must be one of {', '.join(METHODS)}")
-        shapes = [
-            (len(y),) if isinstance(y, (list, tuple)) else np.shape(y) for y in (self.wavelength_nm, self.n, self.k)
-        ]
+        shapes = [shape_of(y) for y in (self.wavelength_nm, self.n, self.k)]
         if len(shapes[0]) != 1 or shapes[0][0] < 2 or shapes[1] != shapes[0] or shapes[2] not in ((), shapes[0]):
             raise ValueError(f"wavelength_nm, n, k have shapes {shapes}; they are (N,) with N >= 2, k may be a number")
         if all(is_concrete(x) for x in jax.tree.leaves(self.wavelength_nm)):

@@ -36,11 +36,9 @@ class Family(NamedTuple):
     dispersing: tuple[str, ...]
     """Paths of what varies and is no colour: ``objects.ball.surface.eta``."""
 
-    def one(self, i: int) -> Scene:
-        """Scene of wavelength i."""
-        return jax.tree.unflatten(
-            self.structure, [x[i] if v else x for x, v in zip(self.leaves, self.varying, strict=True)]
-        )
+    def at(self, i: Any) -> tuple[Array, ...]:
+        """Leaves of the scene of wavelength i, or of those of several."""
+        return tuple(x[i] if v else x for x, v in zip(self.leaves, self.varying, strict=True))
 
 
 def family(build: Build, wavelength_nm: Float[ArrayLike, "n"]) -> Family:

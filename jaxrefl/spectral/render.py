@@ -14,15 +14,15 @@ from jax import Array
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
-from .. import camera as cameras
 from .. import colour
+from ..camera import check_picture
 from ..geometry import SKIP, Remedy
 from ..params import foreign_classes
 from ..path import Options
 from ..render import TILE, Image, Job, Plan, picture, plan_of, render, tiles
-from ..scene import check, check_model
+from ..scene import check
 from ..trace import check_loop
-from .build import Build, Family, combined, family
+from .build import Build, combined, family
 
 CHUNK = 8  # wavelengths traced together where each is a scene of its own
 
@@ -106,20 +106,17 @@ def render_spectral(
         )  # fmt: skip
         radiance = jnp.broadcast_to(image.radiance, (*image.radiance.shape[:2], count))  # of one, if nothing depends
         return _spectral(image._replace(radiance=radiance), places)
-    cameras.check_size(width=width, height=height, spp=spp)
+    check_picture(camera, width=width, height=height, spp=spp)
     check_loop(n_bounces, max_nodes, max_waiting, min_weight)
-    check_model(camera, "camera")
-    cameras.check(camera)
+    each = [jax.tree.unflatten(scenes.structure, scenes.at(i)) for i in range(count)]
+    for scene in each:
+        check(scene)
     chunk = min(CHUNK, count)
-    plan = plan_of(width, height, tile=_tile(chunk), **loop, account=False, classes=())
-    options, images = Options(remedy, min_weight, n_bounces), []
+    plan = plan_of(width, height, _tile(chunk), **loop, account=False, classes=foreign_classes((each[0], camera)))
+    options, images, form = Options(remedy, min_weight, n_bounces), [], (scenes.structure, scenes.varying)
     for first in range(0, count, chunk):
-        some = _some(scenes, [min(i, count - 1) for i in range(first, first + chunk)])
-        if first == 0:
-            for i in range(count):
-                check(scenes.one(i))
-            plan = plan._replace(classes=foreign_classes((scenes.one(0), camera)))
-        image = _mapped(some.leaves, camera, options, seed, some.structure, some.varying, plan, tuple(devices or ()))
+        some = scenes.at(np.minimum(np.arange(first, first + chunk), count - 1))
+        image = _mapped(some, camera, options, seed, *form, plan, tuple(devices or ()))
         images.append(image._replace(radiance=image.radiance[: count - first], alpha=image.alpha[: count - first]))
         if progress is not None:
             done = min(first + chunk, count) * width * height * spp
@@ -133,13 +130,6 @@ def render_spectral(
 def _tile(copies: float) -> int:
     """Rays of a tile that carries so many times what a ray of three channels does: what fits the cache stays so."""
     return max(256, math.ceil(TILE / max(1.0, copies)))
-
-
-def _some(scenes: Family, indices: list[int]) -> Family:
-    """Scenes of some of the wavelengths."""
-    chosen = np.asarray(indices)
-    pairs = zip(scenes.leaves, scenes.varying, strict=True)
-    return scenes._replace(leaves=tuple(x[chosen] if varies else x for x, varies in pairs))
 
 
 @functools.partial(jax.jit, static_argnames=("structure", "varying", "plan", "devices"))
