@@ -35,72 +35,109 @@ def search(scene: Stage, options: Options, branch: Branch) -> Found:
     return closest_hit(scene, branch.ray, branch.origin, options.remedy)
 
 
+Shown = tuple[Array, Array, Array, Array]
+"""Color, local, reflected and weight of a step, each (C, N)."""
+
+
 def visit(
-    scene: Stage, known: Features, options: Options, walk: Walk, step: Array, any_alive: Array
-) -> tuple[Walk, tuple[Array, Array, Array, Array]]:
+    scene: Stage, known: Features, options: Options, walk: Walk, step: Array, any_hit: Array
+) -> tuple[Walk, Shown]:
     """One step of a BATCH of rays: what the hits show, what goes on from them, and what is next.
 
     Returns:
-        the new state; (color, local, reflected, weight) of this step, each (C, N), zero weights for a dead ray.
+        the new state; what this step showed, zero weights for a dead ray.
     """
     branch = walk.branch
-    hit, shading = shade(scene, branch.ray, branch.origin, walk.found, options.remedy, known.channels, any_alive)
+    hit, shading = shade(scene, branch.ray, branch.origin, walk.found, options.remedy, known.channels, any_hit)
 
     def gather(walk: Walk, hit: Hit, shading: Shading) -> tuple[Walk, Any, Any]:
         return _gather(scene, known, options, step, walk, hit, shading)
 
     waiting, walk = walk.waiting, walk._replace(waiting=None)  # it is not copied where it does not change
-    walk, layer, children = once(any_alive, batch(gather), walk, hit, shading)
-    if waiting is None:
-        return _go_on(walk, children[0]), layer
-    branching = any_of(children[1].strength >= 0) | any_of(waiting.strength >= 0)
-    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *children), layer
+    walk, shown, children = once(any_hit, batch(gather), walk, hit, shading)
+    return _go_on(walk, waiting, children), shown
+
+
+def escape(scene: Stage, walk: Walk) -> tuple[Walk, Shown]:
+    """The step of a BATCH of rays none of which hits anything: `visit` without what only hits need."""
+    waiting, walk = walk.waiting, walk._replace(waiting=None)
+
+    def gather(walk: Walk) -> tuple[Walk, Any]:
+        zero = jnp.zeros_like(walk.branch.beta)
+        return _add(walk, _behind(scene, walk.branch), (zero, zero), walk.found.code < 0, jnp.uint32(0))
+
+    walk, shown = batch(gather)(walk)
+    nothing = walk.branch._replace(strength=0 * walk.branch.strength + DEAD)
+    return _go_on(walk, waiting, [nothing] * (1 if waiting is None else 2)), shown
+
+
+def _behind(scene: Stage, branch: Branch) -> Layers:
+    """What a ray shows that meets nothing: the background, or nothing in a medium that absorbs."""
+    medium, one = branch.medium, jnp.ones_like(branch.beta)
+    through = one if medium.sigma is None else jnp.where(medium.sigma > 0, 0.0, one)
+    return Layers(scene.radiance_behind(branch.ray.direction) * _per_index(medium), through, 0.0 * one)
+
+
+def _per_index(medium: Medium) -> Any:
+    """1 / n^2: from radiance to basic radiance."""
+    return 1.0 if medium.index is None else 1 / medium.index**2
 
 
 def _gather(
     scene: Stage, known: Features, options: Options, step: Array, walk: Walk, hit: Hit, shading: Shading
-) -> tuple[Walk, tuple[Array, Array, Array, Array], list[Branch]]:
+) -> tuple[Walk, Shown, list[Branch]]:
     """What one hit adds, and the branches that leave it."""
     branch, found = walk.branch, walk.found
     alive, missed = branch.strength >= 0, found.code < 0
     through = _transmittance(branch.medium, hit.t, missed)
-    per_index = 1.0 if branch.medium.index is None else 1 / branch.medium.index**2
-    layer = Layers(
-        jnp.where(missed, scene.radiance_behind(branch.ray.direction), shading.color) * per_index,
-        jnp.where(missed, 1.0, shading.weights.local) * through,
-        jnp.where(missed, 0.0, shading.weights.reflected) * through,
-    )
+    color, weights = shading.color * _per_index(branch.medium), shading.weights
+    there = Layers(color, weights.local * through, weights.reflected * through)
+    layer = _choose(missed, _behind(scene, branch), there)
     here = State(walk.radiance, jnp.where(alive, branch.beta, 0.0))
-    after = bounce_step(here, layer)
-    reaching = Reaching(hit, found, shading.weights, branch, here.beta * through)
+    reaching = Reaching(hit, found, weights, branch, here.beta * through)
     last = (step if branch.depth is None else branch.depth) >= options.n_bounces
     zero = jnp.zeros_like(here.beta)
     kept, cut, truncated = [], zero, zero
-    for child in spawned(scene, known, options, reaching, after.beta):
+    for child in spawned(scene, known, options, reaching, bounce_step(here, layer).beta):
         exists, weak = alive & (child.strength >= 0), child.strength < options.min_weight
         kept.append(child._replace(strength=jnp.where(exists & ~last & ~weak, child.strength, DEAD)))
         cut += jnp.where(exists & ~last & weak, child.beta, 0.0)
         truncated += jnp.where(exists & last, child.beta, 0.0)
+    event = (2 * (found.code + 4) + hit.entering).astype(jnp.uint32) * 31 + shading.lit
+    return *_add(walk, layer, (cut, truncated), missed, jnp.where(missed, jnp.uint32(0), event)), kept
+
+
+def _add(walk: Walk, layer: Layers, ended: tuple[Array, Array], missed: Array, event: Array) -> tuple[Walk, Shown]:
+    """A layer added to radiance and account; ended is the weight that was cut and truncated."""
+    alive = walk.branch.strength >= 0
+    beta = jnp.where(alive, walk.branch.beta, 0.0)
+    radiance = bounce_step(State(walk.radiance, beta), layer).radiance
     account = walk.account
     if account is not None:
-        shown = here.beta * layer.local
-        account = _book(account, shown, (cut, truncated), alive, missed, _event(found, hit, shading))
-    layer = layer._replace(local=jnp.where(alive, layer.local, 0.0), reflected=jnp.where(alive, layer.reflected, 0.0))
-    return walk._replace(radiance=after.radiance, account=account), (*layer, here.beta), kept
+        account = _book(account, beta * layer.local, ended, alive, missed, event)
+    local, reflected = (jnp.where(alive, x, 0.0) for x in (layer.local, layer.reflected))
+    return walk._replace(radiance=radiance, account=account), (layer.color, local, reflected, beta)
 
 
-def _go_on(walk: Walk, following: Branch) -> Walk:
+def _go_on(walk: Walk, waiting: Waiting | None, children: list[Branch]) -> Walk:
+    """What is next: the branch of a chain; in a tree one of two branches or of those that wait. For a BATCH."""
+    if waiting is None:
+        return _follow(walk, children[0])
+    branching = any_of(children[1].strength >= 0) | any_of(waiting.strength >= 0)
+    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *children)
+
+
+def _follow(walk: Walk, following: Branch) -> Walk:
     """The next branch; a ray that is dead keeps its state, of which nothing can overflow, in value or derivative."""
     dead = walk.branch._replace(strength=0 * walk.branch.strength + DEAD)
     return walk._replace(branch=_choose(following.strength >= 0, following, dead))
 
 
 def _transmittance(medium: Medium, t: Array, missed: Array) -> Any:
-    """exp(-sigma t) of the way that the ray came; of an infinite one 0 where sigma > 0."""
+    """exp(-sigma t) of the way to a hit."""
     if medium.sigma is None:
         return 1.0
-    t = jnp.where(missed, 0.0, t)  # of a legal hit that was not hit t may be negative, and the exponential overflow
-    return jnp.where(missed, jnp.where(medium.sigma > 0, 0.0, 1.0), jnp.exp(-medium.sigma * t))
+    return jnp.exp(-medium.sigma * jnp.where(missed, 0.0, t))  # of a hit that is none t may be < 0, and exp overflow
 
 
 def _leaves(scene: Stage, present: tuple[bool, ...], found: Found) -> Array:
@@ -179,18 +216,12 @@ def _line_up(walk: Walk, waiting: Waiting, a: Branch, b: Branch) -> Walk:
         no_room = jnp.where(strength >= 0, unpack(other, dropped).beta, 0.0)
         budget = account.budget
         account = account._replace(budget=budget._replace(truncated=budget.truncated + no_room))
-    return _go_on(walk._replace(waiting=waiting, account=account), _choose(done, head, following))
+    return _follow(walk._replace(waiting=waiting, account=account), _choose(done, head, following))
 
 
 def _line_of_one(walk: Walk, waiting: Waiting, a: Branch, _: Branch) -> Walk:
     """Nothing is refracted and nothing waits."""
-    return _go_on(walk._replace(waiting=waiting), a)
-
-
-def _event(found: Found, hit: Hit, shading: Shading) -> Array:
-    """Number of what happened at a hit: the primitive, the root, the side and the lights seen."""
-    what = (2 * (found.code + 4) + hit.entering).astype(jnp.uint32)
-    return what * 31 + jnp.where(found.code < 0, 0, shading.lit).astype(jnp.uint32)
+    return _follow(walk._replace(waiting=waiting), a)
 
 
 def _book(account: Account, shown: Array, ended: tuple[Any, Any], alive: Array, missed: Array, event: Array) -> Account:

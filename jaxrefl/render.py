@@ -139,8 +139,8 @@ def _tile(job: Job, plan: Plan, tile: Array, sample: Array) -> Trace:
     )
 
 
-def _tiles(job: Job, first: Array, samples: Array, plan: Plan, count: int) -> Trace:
-    """Sums over samples of a run of tiles: (count, tile, ...); what belongs to the first hit is not summed."""
+def _tiles(job: Job, first: Array, samples: Array, plan: Plan, count: int, step: int = 1) -> Trace:
+    """Sums over samples of every step-th tile: (count, tile, ...); what belongs to the first hit is not summed."""
     staged = stage(job.scene)
     job = job._replace(scene=staged, camera=canonical_model(job.camera, staged.dtype))
 
@@ -156,7 +156,7 @@ def _tiles(job: Job, first: Array, samples: Array, plan: Plan, count: int) -> Tr
 
         return lax.scan(add, zero, samples)[0]
 
-    return lax.map(one, first + jnp.arange(count, dtype=jnp.int32))
+    return lax.map(one, first + step * jnp.arange(count, dtype=jnp.int32))
 
 
 def _sum(total: Trace, new: Trace, is_first: Any) -> Trace:
@@ -172,17 +172,19 @@ def _sum(total: Trace, new: Trace, is_first: Any) -> Trace:
 
 @functools.partial(jax.jit, static_argnames=("plan", "count", "devices"))
 def _band(job: Job, first: Array, samples: Array, plan: Plan, count: int, devices: tuple[Any, ...]) -> Trace:
-    """A run of tiles, each device its share; without devices where the arguments are."""
+    """A run of tiles, dealt to the devices in turn: sky and scene to each; without devices where the arguments are."""
     if not devices:
         return _tiles(job, first, samples, plan, count)
-    share = math.ceil(count / len(devices))
+    number = len(devices)
+    share = math.ceil(count / number)
 
     def mine(start: Array) -> Trace:
-        return _tiles(job, start[0], samples, plan, share)
+        return _tiles(job, start[0], samples, plan, share, number)
 
     mesh, spec = Mesh(np.array(devices), ("tiles",)), PartitionSpec("tiles")
-    starts = first + jnp.arange(len(devices), dtype=jnp.int32) * share
-    return jax.shard_map(mine, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)(starts)
+    starts = first + jnp.arange(number, dtype=jnp.int32)
+    dealt = jax.shard_map(mine, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)(starts)
+    return jax.tree.map(lambda x: jnp.swapaxes(x.reshape(number, share, *x.shape[1:]), 0, 1).reshape(x.shape), dealt)
 
 
 def tiles(job: Job, plan: Plan, devices: tuple[Any, ...]) -> Trace:

@@ -18,7 +18,7 @@ import numpy as np
 from jax import Array, lax
 
 from . import d3d9
-from .bounce import search, visit
+from .bounce import escape, search, visit
 from .geometry import SKIP, Hit, Ray, Remedy, refract, spawn
 from .params import Interval, foreign_classes, require
 from .path import Account, Budget, Options, Walk, features, start
@@ -87,6 +87,10 @@ def trace_batch(
     begin = batch(functools.partial(start, known=known, account=account))
     look = batch(functools.partial(search, scene, options))
     step = jax.checkpoint(functools.partial(visit, scene, known, options))
+
+    def move(walk: Walk, i: Array, any_hit: Array) -> tuple[Walk, Any]:
+        return lax.cond(any_hit, step, lambda walk, *_: escape(scene, walk), walk, i, any_hit)
+
     walk = begin(rays)
     walk = walk._replace(found=look(walk.branch))
     if known.is_tree:
@@ -94,13 +98,14 @@ def trace_batch(
     found = walk.found
     unlit = (jnp.zeros_like(walk.radiance),) * 4
 
-    def any_alive(walk: Walk) -> Array:
-        return any_of(lax.stop_gradient(walk.branch.strength) >= 0)
+    def is_alive(walk: Walk) -> Array:
+        return lax.stop_gradient(walk.branch.strength) >= 0
 
     def body(walk: Walk, i: Array) -> tuple[Walk, Any]:
-        alive = any_alive(walk)
-        walk, layer = lax.cond(alive, step, lambda walk, *_: (walk, unlit), walk, i, alive)
-        found = lax.cond(any_alive(walk), look, lambda branch: walk.found, walk.branch)
+        alive = is_alive(walk)
+        any_alive, any_hit = any_of(alive), any_of(alive & (walk.found.code >= 0))
+        walk, layer = lax.cond(any_alive, move, lambda walk, *_: (walk, unlit), walk, i, any_hit)
+        found = lax.cond(any_of(is_alive(walk)), look, lambda branch: walk.found, walk.branch)
         return walk._replace(found=found), layer if terms else None
 
     walk, layers = lax.scan(body, walk, jnp.arange(steps, dtype=jnp.int32))
