@@ -39,6 +39,15 @@ Shown = tuple[Array, Array, Array, Array]
 """Color, local, reflected and weight of a step, each (C, N)."""
 
 
+class Gathered(NamedTuple):
+    """What a step adds, and what it leaves to be traced; the rest of a walk is not copied in and out of its stage."""
+
+    radiance: Array
+    account: Account | None
+    shown: Shown
+    children: list[Branch]
+
+
 def visit(
     scene: Stage, known: Features, options: Options, walk: Walk, step: Array, any_hit: Array
 ) -> tuple[Walk, Shown]:
@@ -50,32 +59,28 @@ def visit(
     branch = walk.branch
     hit, shading = shade(scene, branch.ray, branch.origin, walk.found, options.remedy, known.channels, any_hit)
 
-    def gather(walk: Walk, hit: Hit, shading: Shading) -> tuple[Walk, Any, Any]:
+    def gather(walk: Walk, hit: Hit, shading: Shading) -> Gathered:
         return _gather(scene, known, options, step, walk, hit, shading)
 
-    waiting, walk = walk.waiting, walk._replace(waiting=None)  # it is not copied where it does not change
-    walk, shown, children = once(any_hit, batch(gather), walk, hit, shading)
-    return _go_on(walk, waiting, children), shown
+    return _go_on(walk, once(any_hit, batch(gather), walk._replace(waiting=None), hit, shading))
 
 
 def escape(scene: Stage, walk: Walk) -> tuple[Walk, Shown]:
     """The step of a BATCH of rays none of which hits anything: `visit` without what only hits need."""
-    waiting, walk = walk.waiting, walk._replace(waiting=None)
 
-    def gather(walk: Walk) -> tuple[Walk, Any]:
-        zero = jnp.zeros_like(walk.branch.beta)
-        return _add(walk, _behind(scene, walk.branch), (zero, zero), walk.found.code < 0, jnp.uint32(0))
+    def gather(walk: Walk) -> Gathered:
+        zero, nothing = jnp.zeros_like(walk.branch.beta), walk.branch._replace(strength=0 * walk.branch.strength + DEAD)
+        children = [nothing] * (1 if nothing.depth is None else 2)
+        return _add(walk, _behind(scene, walk.branch), (zero, zero), walk.found.code < 0, jnp.uint32(0), children)
 
-    walk, shown = batch(gather)(walk)
-    nothing = walk.branch._replace(strength=0 * walk.branch.strength + DEAD)
-    return _go_on(walk, waiting, [nothing] * (1 if waiting is None else 2)), shown
+    return _go_on(walk, batch(gather)(walk._replace(waiting=None)))
 
 
 def _behind(scene: Stage, branch: Branch) -> Layers:
     """What a ray shows that meets nothing: the background, or nothing in a medium that absorbs."""
     medium, one = branch.medium, jnp.ones_like(branch.beta)
     through = one if medium.sigma is None else jnp.where(medium.sigma > 0, 0.0, one)
-    return Layers(scene.radiance_behind(branch.ray.direction) * _per_index(medium), through, 0.0 * one)
+    return Layers(scene.radiance_behind(branch.ray.direction) * _per_index(medium) * one, through, 0.0 * one)
 
 
 def _per_index(medium: Medium) -> Any:
@@ -85,7 +90,7 @@ def _per_index(medium: Medium) -> Any:
 
 def _gather(
     scene: Stage, known: Features, options: Options, step: Array, walk: Walk, hit: Hit, shading: Shading
-) -> tuple[Walk, Shown, list[Branch]]:
+) -> Gathered:
     """What one hit adds, and the branches that leave it."""
     branch, found = walk.branch, walk.found
     alive, missed = branch.strength >= 0, found.code < 0
@@ -104,10 +109,12 @@ def _gather(
         cut += jnp.where(exists & ~last & weak, child.beta, 0.0)
         truncated += jnp.where(exists & last, child.beta, 0.0)
     event = (2 * (found.code + 4) + hit.entering).astype(jnp.uint32) * 31 + shading.lit
-    return *_add(walk, layer, (cut, truncated), missed, jnp.where(missed, jnp.uint32(0), event)), kept
+    return _add(walk, layer, (cut, truncated), missed, jnp.where(missed, jnp.uint32(0), event), kept)
 
 
-def _add(walk: Walk, layer: Layers, ended: tuple[Array, Array], missed: Array, event: Array) -> tuple[Walk, Shown]:
+def _add(
+    walk: Walk, layer: Layers, ended: tuple[Array, Array], missed: Array, event: Array, children: list[Branch]
+) -> Gathered:
     """A layer added to radiance and account; ended is the weight that was cut and truncated."""
     alive = walk.branch.strength >= 0
     beta = jnp.where(alive, walk.branch.beta, 0.0)
@@ -116,15 +123,16 @@ def _add(walk: Walk, layer: Layers, ended: tuple[Array, Array], missed: Array, e
     if account is not None:
         account = _book(account, beta * layer.local, ended, alive, missed, event)
     local, reflected = (jnp.where(alive, x, 0.0) for x in (layer.local, layer.reflected))
-    return walk._replace(radiance=radiance, account=account), (layer.color, local, reflected, beta)
+    return Gathered(radiance, account, (layer.color, local, reflected, beta), children)
 
 
-def _go_on(walk: Walk, waiting: Waiting | None, children: list[Branch]) -> Walk:
+def _go_on(walk: Walk, new: Gathered) -> tuple[Walk, Shown]:
     """What is next: the branch of a chain; in a tree one of two branches or of those that wait. For a BATCH."""
+    waiting, walk = walk.waiting, walk._replace(radiance=new.radiance, account=new.account, waiting=None)
     if waiting is None:
-        return _follow(walk, children[0])
-    branching = any_of(children[1].strength >= 0) | any_of(waiting.strength >= 0)
-    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *children)
+        return _follow(walk, new.children[0]), new.shown
+    branching = any_of(new.children[1].strength >= 0) | any_of((waiting.strength >= 0).reshape(-1))
+    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *new.children), new.shown
 
 
 def _follow(walk: Walk, following: Branch) -> Walk:

@@ -149,4 +149,4 @@ def start(ray: Ray, known: Features, account: bool) -> Walk:
     medium = Medium(zero + 1 if tree else None, none if tree and absorbs else None, none if absorbs else None)
     branch = Branch(ray, elsewhere(zero), none + 1, count if tree else None, medium, zero + 1)
     kept = Account(Budget(none, none, none, none), count, count, count.astype(jnp.uint32)) if account else None
-    return Walk(none, branch, Found(zero, count), None, kept)
+    return Walk(none, branch, Found(count), None, kept)

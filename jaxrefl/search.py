@@ -36,8 +36,6 @@ class Origin(NamedTuple):
 class Found(NamedTuple):
     """What a search found, without derivatives."""
 
-    t: Array
-    """Distance, inf for nothing."""
     code: Array
     """2 x number of the primitive in the scene, + 1 for the far root of a sphere; negative for nothing."""
 
@@ -115,13 +113,14 @@ def closest_hit(scene: Stage, ray: Ray, origin: Origin, remedy: Remedy) -> Found
 
         def nearer(i: Array, best: Array, shapes: Any = shapes, ids: Array = ids) -> Array:
             root = at(shapes, i).roots(ray, t_min)
-            code = (2 * ids[i] + root.far).astype(dtype)
-            return jnp.where((root.t < best.real) & (ids[i] != origin.left), lax.complex(root.t, code), best)
+            code = (2 * ids[i]).astype(dtype)
+            t = jnp.where(ids[i] != origin.left, root.t, jnp.inf)
+            return jnp.where(t < best.real, lax.complex(t, jnp.where(root.far, code + 1, code)), best)
 
         other = lax.fori_loop(0, len(kind.ids), nearer, nothing, unroll=min(UNROLLED, len(kind.ids)))
         tie = (other.real == best.real) & (other.imag >= 0) & (other.imag < best.imag)
         best = jnp.where((other.real < best.real) | tie, other, best)
-    return Found(best.real, best.imag.astype(jnp.int32))
+    return Found(best.imag.astype(jnp.int32))
 
 
 def is_blocked(scene: Stage, ray: Ray, origin: Origin, distance: Array, remedy: Remedy) -> Array:
@@ -138,4 +137,4 @@ def is_blocked(scene: Stage, ray: Ray, origin: Origin, distance: Array, remedy: 
             return blocked | (at(shapes, i).blocks(ray, t_min, distance) & (ids[i] != origin.left))
 
         blocked = lax.fori_loop(0, len(kind.ids), test, blocked, unroll=min(UNROLLED, len(kind.ids)))
-    return blocked
+    return blocked & (t_min < distance)

@@ -62,7 +62,7 @@ def any_of(flags: Array) -> Array:
     So the predicate of a conditional stays one number under `vmap`: else both of its branches would be computed, and
     the second one, "nothing to do", would be no help.
     """
-    return jnp.any(flags)
+    return jnp.any(flags, axis=-1)
 
 
 @any_of.def_vmap

@@ -18,10 +18,11 @@ import numpy as np
 from jax import Array, lax
 
 from . import d3d9
-from .bounce import escape, search, visit
+from .blocks import divided, first, inverse, joined, numbers, pays, taken
+from .bounce import Shown, escape, search, visit
 from .geometry import SKIP, Hit, Ray, Remedy, refract, spawn
 from .params import Interval, foreign_classes, require
-from .path import Account, Budget, Options, Walk, features, start
+from .path import Account, Budget, Features, Options, Walk, features, start
 from .scene import Scene, canonical_model, check
 from .search import Found, Origin, closest_hit, elsewhere, leaving
 from .shade import any_of, batch, chart_at, hit_at, hit_on, models_at, shapes_at
@@ -78,37 +79,37 @@ def trace_batch(
     max_waiting: int = 6,
     account: bool = True,
     terms: bool = False,
+    blocks: int = 1,
 ) -> Trace:
-    """`trace` of a staged scene; call it inside jit."""
+    """`trace` of a staged scene; call it inside jit. The batch is worked on in blocks of equal size."""
     known = features(scene)
     steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
     waiting = max(1, min(max_waiting, 2 ** min(n_bounces, 10)))
     # the batch is the last axis, so that a colour is C rows of N: everything runs along N
     begin = batch(functools.partial(start, known=known, account=account))
     look = batch(functools.partial(search, scene, options))
-    step = jax.checkpoint(functools.partial(visit, scene, known, options))
-
-    def move(walk: Walk, i: Array, any_hit: Array) -> tuple[Walk, Any]:
-        return lax.cond(any_hit, step, lambda walk, *_: escape(scene, walk), walk, i, any_hit)
-
-    walk = begin(rays)
-    walk = walk._replace(found=look(walk.branch))
+    step = functools.partial(_step, scene, known, options, look)
+    walk = divided(begin(rays), blocks)
+    walk = walk._replace(found=lax.map(look, walk.branch))
     if known.is_tree:
-        walk = walk._replace(waiting=nobody(walk.branch, waiting))
-    found = walk.found
-    unlit = (jnp.zeros_like(walk.radiance),) * 4
+        walk = walk._replace(waiting=jax.vmap(lambda branch: nobody(branch, waiting))(walk.branch))
+    found = joined(walk.found)
 
-    def is_alive(walk: Walk) -> Array:
-        return lax.stop_gradient(walk.branch.strength) >= 0
+    def body(state: tuple[Walk, Array], i: Array) -> tuple[tuple[Walk, Array], Any]:
+        hits = _hits(state[0])
+        if blocks > 1:
+            state = lax.cond(
+                any_of(pays(hits)[None]), lambda state: taken(state, first(hits)), lambda state: state, state
+            )
+            hits = _hits(state[0])
+        walk, number = state
+        some = any_of(_alive(walk)), any_of(hits)
+        walk, shown = lax.map(lambda block: step(i, *block), (walk, *some))
+        return (walk, number), shown if terms else None
 
-    def body(walk: Walk, i: Array) -> tuple[Walk, Any]:
-        alive = is_alive(walk)
-        any_alive, any_hit = any_of(alive), any_of(alive & (walk.found.code >= 0))
-        walk, layer = lax.cond(any_alive, move, lambda walk, *_: (walk, unlit), walk, i, any_hit)
-        found = lax.cond(any_of(is_alive(walk)), look, lambda branch: walk.found, walk.branch)
-        return walk._replace(found=found), layer if terms else None
-
-    walk, layers = lax.scan(body, walk, jnp.arange(steps, dtype=jnp.int32))
+    begin_with = walk, numbers(blocks, found.code.size // blocks)
+    (walk, number), shown = lax.scan(body, begin_with, jnp.arange(steps, dtype=jnp.int32))
+    walk = joined(taken(walk, inverse(number)) if blocks > 1 else walk)
     hit, coverage, alpha = batch(functools.partial(_first_hit, scene, known.channels))(rays, found)
     missed = found.code < 0
     return Trace(
@@ -119,8 +120,39 @@ def trace_batch(
         where(missed, hit.n * 0.0, hit.n),
         found.id,
         _settle(walk),
-        Terms(*(jnp.moveaxis(x, -1, 0) for x in layers)) if terms else None,
+        Terms(*(jnp.moveaxis(x[:, 0], -1, 0) for x in shown)) if terms else None,
     )
+
+
+def _alive(walk: Walk) -> Array:
+    return lax.stop_gradient(walk.branch.strength) >= 0
+
+
+def _hits(walk: Walk) -> Array:
+    return _alive(walk) & (walk.found.code >= 0)
+
+
+def _step(
+    scene: Stage,
+    known: Features,
+    options: Options,
+    look: Any,
+    i: Array,
+    walk: Walk,
+    any_alive: Array,
+    any_hit: Array,
+) -> tuple[Walk, Shown]:
+    """One step of a block, recomputed on the way back; nothing for a dead one."""
+
+    @jax.checkpoint
+    def move(walk: Walk, i: Array, any_hit: Array) -> tuple[Walk, Shown]:
+        step = functools.partial(visit, scene, known, options)
+        return lax.cond(any_hit, step, lambda walk, *_: escape(scene, walk), walk, i, any_hit)
+
+    dark = (jnp.zeros_like(walk.radiance),) * 4
+    walk, shown = lax.cond(any_alive, move, lambda walk, *_: (walk, dark), walk, i, any_hit)
+    found = lax.cond(any_of(_alive(walk)), look, lambda branch: walk.found, walk.branch)
+    return walk._replace(found=found), shown
 
 
 def _settle(walk: Walk) -> Account | None:
@@ -138,10 +170,10 @@ def _settle(walk: Walk) -> Account | None:
 def _first_hit(scene: Stage, channels: int, ray: Ray, found: Found) -> tuple[Hit, Array, Array]:
     """First hit of a ray, its coverage and its opacity."""
     hit, models = _surfaces(scene, ray, elsewhere(ray.direction.x), found)
-    coverage = alpha = jnp.zeros_like(found.t)
+    coverage = alpha = jnp.zeros_like(hit.t)
     for here, weights in models:
-        reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, found.t.dtype), (channels,))
-        own = jnp.asarray(weights.alpha, found.t.dtype)
+        reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, hit.t.dtype), (channels,))
+        own = jnp.asarray(weights.alpha, hit.t.dtype)
         coverage = jnp.where(here, own, coverage)
         alpha = jnp.where(here, d3d9.alpha_premultiplied(own, reflected), alpha)
     return hit, coverage, alpha

@@ -160,8 +160,8 @@ def test_a_pixel_is_the_mean_over_its_samples_and_its_first_hit_that_of_the_firs
 def test_tiles_bands_and_reports_do_not_change_the_picture(monkeypatch):
     """63 pixels in 13 tiles of 5, with two pixels too many; bands of 7 tiles, with one too many."""
     expected = picture(hall(), EYE, width=WIDTH, height=HEIGHT, n_bounces=2, spp=2)
-    monkeypatch.setattr(jaxrefl.render, "TILE", 5)
-    monkeypatch.setattr(jaxrefl.render, "BANDS", 2)
+    for name, value in {"TILE": 5, "BLOCKS": 1, "PARTS": 1, "LANES": 1, "BANDS": 2}.items():
+        monkeypatch.setattr(jaxrefl.render, name, value)
     whole = quick_jit(lambda scene: render(scene, EYE, WIDTH, HEIGHT, 2, spp=2))(hall())
     assert same(whole[4:], expected[4:])
     np.testing.assert_allclose(whole.radiance, expected.radiance, rtol=1e-14)
@@ -177,8 +177,8 @@ def test_tiles_bands_and_reports_do_not_change_the_picture(monkeypatch):
 
 
 def test_a_report_may_stop_the_work(monkeypatch):
-    monkeypatch.setattr(jaxrefl.render, "TILE", 5)
-    monkeypatch.setattr(jaxrefl.render, "BANDS", 2)
+    for name, value in {"TILE": 5, "BLOCKS": 1, "PARTS": 1, "LANES": 1, "BANDS": 2}.items():
+        monkeypatch.setattr(jaxrefl.render, name, value)
     reports = []
 
     def stop(*numbers):
