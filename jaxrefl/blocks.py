@@ -6,34 +6,39 @@ ray, once it pays; its number moves with it, by which all are put back in the en
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jax import Array
+from jax import Array, lax
 
 LINE = 64  # flags that are summed at once
 
 
 def divided(tree: Any, blocks: int) -> Any:
-    """Leaves (..., N) as (blocks, ..., N / blocks)."""
+    """Leaves (..., N) as (blocks, ..., N / blocks); as they are, if there is to be one block."""
+    if blocks == 1:  # an axis more is one more way to be laid out, and so a copy in each step of a mapped tracer
+        return tree
     return jax.tree.map(lambda x: jnp.moveaxis(x.reshape(*x.shape[:-1], blocks, -1), -2, 0), tree)
 
 
-def joined(tree: Any) -> Any:
-    """Leaves (blocks, ..., B) as (..., blocks B)."""
+def joined(tree: Any, blocks: int) -> Any:
+    """What was divided in one piece again."""
+    if blocks == 1:
+        return tree
     return jax.tree.map(lambda x: jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1), tree)
 
 
-def numbers(blocks: int, size: int) -> Array:
-    """Number of each ray, (blocks, size)."""
-    return jnp.arange(blocks * size, dtype=jnp.int32).reshape(blocks, size)
+def each(function: Callable[[Any], Any], tree: Any, blocks: int) -> Any:
+    """A function of one block, of all of them one after the other."""
+    return function(tree) if blocks == 1 else lax.map(function, tree)
 
 
 def pays(flags: Array) -> Array:
     """Whether fewer blocks would have a flag if those with flags lay together."""
-    each = jnp.sum(flags, axis=1, dtype=jnp.int32)
-    return jnp.sum(each > 0, dtype=jnp.int32) * flags.shape[1] - jnp.sum(each) >= flags.shape[1]
+    count = jnp.sum(flags, axis=1, dtype=jnp.int32)
+    return jnp.sum(count > 0, dtype=jnp.int32) * flags.shape[1] - jnp.sum(count) >= flags.shape[1]
 
 
 def first(flags: Array) -> Array:
@@ -41,13 +46,17 @@ def first(flags: Array) -> Array:
     flag = flags.reshape(-1)
     before = _sums(flag) - flag
     with_flag = before[-1] + flag[-1]
-    return inverse(jnp.where(flag, before, with_flag + numbers(1, flag.size)[0] - before).reshape(flags.shape))
+    return inverse(
+        jnp.where(flag, before, with_flag + jnp.arange(flag.size, dtype=jnp.int32) - before).reshape(flags.shape)
+    )
 
 
 def inverse(order: Array) -> Array:
     """Order that undoes another."""
     back = jnp.zeros_like(order).reshape(-1).at[order.reshape(-1)]
-    return back.set(numbers(1, order.size)[0], unique_indices=True, mode="promise_in_bounds").reshape(order.shape)
+    return back.set(jnp.arange(order.size, dtype=jnp.int32), unique_indices=True, mode="promise_in_bounds").reshape(
+        order.shape
+    )
 
 
 @jax.checkpoint

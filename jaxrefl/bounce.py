@@ -48,32 +48,26 @@ class Gathered(NamedTuple):
     children: list[Branch]
 
 
-def visit(
-    scene: Stage, known: Features, options: Options, walk: Walk, step: Array, any_hit: Array
-) -> tuple[Walk, Shown]:
-    """One step of a BATCH of rays: what the hits show, what goes on from them, and what is next.
-
-    Returns:
-        the new state; what this step showed, zero weights for a dead ray.
-    """
+def visit(scene: Stage, known: Features, options: Options, walk: Walk, step: Array, any_hit: Array) -> Gathered:
+    """What the hits of a BATCH of rays show, and what goes on from them; zero weights for a dead ray."""
     branch = walk.branch
     hit, shading = shade(scene, branch.ray, branch.origin, walk.found, options.remedy, known.channels, any_hit)
 
     def gather(walk: Walk, hit: Hit, shading: Shading) -> Gathered:
         return _gather(scene, known, options, step, walk, hit, shading)
 
-    return _go_on(walk, once(any_hit, batch(gather), walk._replace(waiting=None), hit, shading))
+    return once(any_hit, batch(gather), walk._replace(waiting=None), hit, shading)
 
 
-def escape(scene: Stage, walk: Walk) -> tuple[Walk, Shown]:
-    """The step of a BATCH of rays none of which hits anything: `visit` without what only hits need."""
+def escape(scene: Stage, walk: Walk) -> Gathered:
+    """The same of a BATCH of rays none of which hits anything, without what only hits need."""
 
     def gather(walk: Walk) -> Gathered:
         zero, nothing = jnp.zeros_like(walk.branch.beta), walk.branch._replace(strength=0 * walk.branch.strength + DEAD)
         children = [nothing] * (1 if nothing.depth is None else 2)
         return _add(walk, _behind(scene, walk.branch), (zero, zero), walk.found.code < 0, jnp.uint32(0), children)
 
-    return _go_on(walk, batch(gather)(walk._replace(waiting=None)))
+    return batch(gather)(walk._replace(waiting=None))
 
 
 def _behind(scene: Stage, branch: Branch) -> Layers:
@@ -126,13 +120,13 @@ def _add(
     return Gathered(radiance, account, (layer.color, local, reflected, beta), children)
 
 
-def _go_on(walk: Walk, new: Gathered) -> tuple[Walk, Shown]:
+def go_on(walk: Walk, new: Gathered) -> Walk:
     """What is next: the branch of a chain; in a tree one of two branches or of those that wait. For a BATCH."""
     waiting, walk = walk.waiting, walk._replace(radiance=new.radiance, account=new.account, waiting=None)
     if waiting is None:
-        return _follow(walk, new.children[0]), new.shown
+        return _follow(walk, new.children[0])
     branching = any_of(new.children[1].strength >= 0) | any_of((waiting.strength >= 0).reshape(-1))
-    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *new.children), new.shown
+    return lax.cond(branching, _line_up, _line_of_one, walk, waiting, *new.children)
 
 
 def _follow(walk: Walk, following: Branch) -> Walk:

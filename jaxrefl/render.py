@@ -17,17 +17,17 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 from jax.sharding import Mesh, PartitionSpec
-from jaxtyping import Float
 
 from . import camera as cameras
 from . import d3d9
-from .blocks import divided
 from .geometry import SKIP, Ray, Remedy
+from .loop import Trace, trace_batch
 from .params import foreign_classes
 from .path import Budget, Options, features
+from .sampling import sample_position
 from .scene import Scene, canonical_model, check
 from .stage import stage
-from .trace import Trace, check_loop, trace_batch
+from .trace import check_loop
 
 ALPHAS = ("premultiplied", "printed")
 TILE = 12288  # rays
@@ -59,25 +59,6 @@ class Image(NamedTuple):
     """(H, W) uint32: equal where no edge of a primitive, a shadow or a cone lies between."""
     budget: Budget | None
     """Each (H, W, C)."""
-
-
-def sample_position(seed: Any, x: Any, y: Any, sample: Any) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Place of a sample in its pixel, in [0, 1): a function of these four integers alone.
-
-    The first two dimensions of Sobol's sequence, scrambled per pixel: of the first 2^k samples one lies in each of the
-    2^k equal boxes of any shape.
-    """
-    key = functools.reduce(jax.random.fold_in, (x, y), jax.random.key(seed))
-    scramble = jax.random.bits(key, (2,), jnp.uint32)
-    index, first, second = jnp.asarray(sample, jnp.uint32), jnp.uint32(0), jnp.uint32(0)
-    direction = np.uint32(1 << 31)
-    for bit in range(32):
-        digit = (index >> bit) & 1
-        first = first ^ (digit * np.uint32(1 << (31 - bit)))
-        second = second ^ (digit * direction)
-        direction ^= direction >> np.uint32(1)
-    unit = 2.0**-24
-    return tuple(((u ^ s) >> 8).astype(jnp.float32) * unit for u, s in ((first, scramble[0]), (second, scramble[1])))
 
 
 class Plan(NamedTuple):
@@ -119,7 +100,7 @@ def plan_of(width: int, height: int, tile: int | None = None, **settings: Any) -
     pixels = strips * rows * width
     tiles = math.ceil(pixels / (TILE if tile is None else tile))
     tile = PARTS * LANES * (math.ceil(pixels / tiles / PARTS / LANES) | 1)
-    return Plan(width, height, rows=rows, tile=tile, tiles=tiles, **settings)
+    return Plan(width, height, rows=rows, tile=tile, tiles=math.ceil(pixels / tile), **settings)
 
 
 def _tile(job: Job, plan: Plan, tile: Array, sample: Array) -> Trace:
@@ -153,7 +134,8 @@ def _traced(job: Job, plan: Plan, rays: Ray) -> Trace:
     )
     if not features(job.scene).is_tree:
         return trace(rays, blocks=BLOCKS)
-    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), lax.map(trace, divided(rays, PARTS)))
+    parts = lax.map(trace, jax.tree.map(lambda x: x.reshape(PARTS, -1), rays))
+    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), parts)
 
 
 def _tiles(job: Job, first: Array, samples: Array, plan: Plan, count: int, step: int = 1) -> Trace:

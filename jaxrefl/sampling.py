@@ -1,10 +1,13 @@
-"""From the unit square to the hemisphere: directions with a density, and what a model's ``sample`` returns."""
+"""From the unit square to the hemisphere: directions with a density, what a ``sample`` returns; places in a pixel."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import functools
+from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jax.typing import ArrayLike
 from jaxtyping import Float
@@ -54,3 +57,22 @@ def power_lobe(axis: Vec3, exponent: Float[ArrayLike, ""], u1: Float[ArrayLike, 
     sine, phi = safe_sqrt(rest * (1 + cosine)), 2 * jnp.pi * u1
     t, s = tangents(axis)
     return t * (sine * jnp.cos(phi)) + s * (sine * jnp.sin(phi)) + axis * cosine
+
+
+def sample_position(seed: Any, x: Any, y: Any, sample: Any) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Place of a sample in its pixel, in [0, 1): a function of these four integers alone.
+
+    The first two dimensions of Sobol's sequence, scrambled per pixel: of the first 2^k samples one lies in each of the
+    2^k equal boxes of any shape.
+    """
+    key = functools.reduce(jax.random.fold_in, (x, y), jax.random.key(seed))
+    scramble = jax.random.bits(key, (2,), jnp.uint32)
+    index, first, second = jnp.asarray(sample, jnp.uint32), jnp.uint32(0), jnp.uint32(0)
+    direction = np.uint32(1 << 31)
+    for bit in range(32):
+        digit = (index >> bit) & 1
+        first = first ^ (digit * np.uint32(1 << (31 - bit)))
+        second = second ^ (digit * direction)
+        direction ^= direction >> np.uint32(1)
+    unit = 2.0**-24
+    return tuple(((u ^ s) >> 8).astype(jnp.float32) * unit for u, s in ((first, scramble[0]), (second, scramble[1])))

@@ -1,192 +1,26 @@
-"""The bounce loop: what a batch of rays brings back.
+"""Rays through a scene: what each brings back, and where a prescribed path leads.
 
-Everything is a function of one ray, mapped; the loop over bounces belongs to the batch and stops computing when its
-last ray is dead. It is one `lax.scan`, the same in value, forward and reverse mode, whose step is recomputed on the way
-back: the memory of a gradient grows by the state of a ray per bounce, not by everything that a bounce computes.
-
-PERRIN: "find the next reflection point and start over". JHU: I(P) = I_local(P) + k_rg I(P_r) + k_tg I(P_t).
+The loop is in `loop`; here are the functions of a user: arguments checked, compiled at the entry.
 """
 
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from . import d3d9
-from .blocks import divided, first, inverse, joined, numbers, pays, taken
-from .bounce import Shown, escape, search, visit
-from .geometry import SKIP, Hit, Ray, Remedy, refract, spawn
+from .geometry import SKIP, Ray, Remedy, refract, spawn
+from .loop import Terms, Trace, surfaces_at, trace_batch
 from .params import Interval, foreign_classes, require
-from .path import Account, Budget, Features, Options, Walk, features, start
+from .path import Options
 from .scene import Scene, canonical_model, check
-from .search import Found, Origin, closest_hit, elsewhere, leaving
-from .shade import any_of, batch, chart_at, hit_at, hit_on, models_at, shapes_at
+from .search import Origin, closest_hit, elsewhere, leaving
 from .stage import Stage, stage
-from .surface import Weights
-from .vec import Vec3, reflect, where
-from .waiting import nobody, unpack
-
-
-class Terms(NamedTuple):
-    """Terms of the series, one entry per step: radiance = sum weight local color.
-
-    For scenes in which nothing transmits, ``series.iterative(Layers(color, local, reflected))`` is the radiance.
-    """
-
-    color: Array
-    """(N + 1, C), in a tree (max_nodes, C): c_i; the background at a miss."""
-    local: Array
-    """(N + 1, C): weight of the colour; 1 at a miss, 0 after it."""
-    reflected: Array
-    """(N + 1, C): reflectivity_i; 0 at and after a miss."""
-    weight: Array
-    """(N + 1, C): beta_i, the product of what came before."""
-
-
-class Trace(NamedTuple):
-    """What a ray brought back."""
-
-    radiance: Array
-    """(C,)."""
-    alpha: Array
-    """() opacity of the first hit, 1 - (1 - d_a) (1 - |rho|), for the premultiplied blend of D3D9 (7); 0 for a miss."""
-    coverage: Array
-    """() d_a of the first hit, 0 for a miss."""
-    depth: Array
-    """() distance to the first hit, inf for a miss."""
-    normal: Vec3
-    """Normal of the first hit, to the viewer; 0 for a miss."""
-    primitive: Array
-    """() int32: number of the primitive first hit, -1 for a miss."""
-    account: Account | None
-    """Budget, counts and identity of the path."""
-    terms: Terms | None
-    """What each step added, if asked for."""
-
-
-def trace_batch(
-    scene: Stage,
-    rays: Ray,
-    options: Options,
-    *,
-    n_bounces: int,
-    max_nodes: int | None = None,
-    max_waiting: int = 6,
-    account: bool = True,
-    terms: bool = False,
-    blocks: int = 1,
-) -> Trace:
-    """`trace` of a staged scene; call it inside jit. The batch is worked on in blocks of equal size."""
-    known = features(scene)
-    steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
-    waiting = max(1, min(max_waiting, 2 ** min(n_bounces, 10)))
-    # the batch is the last axis, so that a colour is C rows of N: everything runs along N
-    begin = batch(functools.partial(start, known=known, account=account))
-    look = batch(functools.partial(search, scene, options))
-    step = functools.partial(_step, scene, known, options, look)
-    walk = divided(begin(rays), blocks)
-    walk = walk._replace(found=lax.map(look, walk.branch))
-    if known.is_tree:
-        walk = walk._replace(waiting=jax.vmap(lambda branch: nobody(branch, waiting))(walk.branch))
-    found = joined(walk.found)
-
-    def body(state: tuple[Walk, Array], i: Array) -> tuple[tuple[Walk, Array], Any]:
-        hits = _hits(state[0])
-        if blocks > 1:
-            state = lax.cond(
-                any_of(pays(hits)[None]), lambda state: taken(state, first(hits)), lambda state: state, state
-            )
-            hits = _hits(state[0])
-        walk, number = state
-        some = any_of(_alive(walk)), any_of(hits)
-        walk, shown = lax.map(lambda block: step(i, *block), (walk, *some))
-        return (walk, number), shown if terms else None
-
-    begin_with = walk, numbers(blocks, found.code.size // blocks)
-    (walk, number), shown = lax.scan(body, begin_with, jnp.arange(steps, dtype=jnp.int32))
-    walk = joined(taken(walk, inverse(number)) if blocks > 1 else walk)
-    hit, coverage, alpha = batch(functools.partial(_first_hit, scene, known.channels))(rays, found)
-    missed = found.code < 0
-    return Trace(
-        walk.radiance.T,
-        alpha,
-        coverage,
-        jnp.where(missed, jnp.inf, hit.t),
-        where(missed, hit.n * 0.0, hit.n),
-        found.id,
-        _settle(walk),
-        Terms(*(jnp.moveaxis(x[:, 0], -1, 0) for x in shown)) if terms else None,
-    )
-
-
-def _alive(walk: Walk) -> Array:
-    return lax.stop_gradient(walk.branch.strength) >= 0
-
-
-def _hits(walk: Walk) -> Array:
-    return _alive(walk) & (walk.found.code >= 0)
-
-
-def _step(
-    scene: Stage,
-    known: Features,
-    options: Options,
-    look: Any,
-    i: Array,
-    walk: Walk,
-    any_alive: Array,
-    any_hit: Array,
-) -> tuple[Walk, Shown]:
-    """One step of a block, recomputed on the way back; nothing for a dead one."""
-
-    @jax.checkpoint
-    def move(walk: Walk, i: Array, any_hit: Array) -> tuple[Walk, Shown]:
-        step = functools.partial(visit, scene, known, options)
-        return lax.cond(any_hit, step, lambda walk, *_: escape(scene, walk), walk, i, any_hit)
-
-    dark = (jnp.zeros_like(walk.radiance),) * 4
-    walk, shown = lax.cond(any_alive, move, lambda walk, *_: (walk, dark), walk, i, any_hit)
-    found = lax.cond(any_of(_alive(walk)), look, lambda branch: walk.found, walk.branch)
-    return walk._replace(found=found), shown
-
-
-def _settle(walk: Walk) -> Account | None:
-    """Account of a batch at the end: what still waits is truncated."""
-    if walk.account is None:
-        return None
-    pending = jnp.where(walk.branch.strength >= 0, walk.branch.beta, 0.0)
-    if walk.waiting is not None:
-        for strength, record in zip(*walk.waiting, strict=True):
-            pending += jnp.where(strength >= 0, unpack(walk.branch, record).beta, 0.0)
-    budget = walk.account.budget
-    return walk.account._replace(budget=Budget(*(x.T for x in budget._replace(truncated=budget.truncated + pending))))
-
-
-def _first_hit(scene: Stage, channels: int, ray: Ray, found: Found) -> tuple[Hit, Array, Array]:
-    """First hit of a ray, its coverage and its opacity."""
-    hit, models = _surfaces(scene, ray, elsewhere(ray.direction.x), found)
-    coverage = alpha = jnp.zeros_like(hit.t)
-    for here, weights in models:
-        reflected = jnp.broadcast_to(jnp.asarray(weights.reflected, hit.t.dtype), (channels,))
-        own = jnp.asarray(weights.alpha, hit.t.dtype)
-        coverage = jnp.where(here, own, coverage)
-        alpha = jnp.where(here, d3d9.alpha_premultiplied(own, reflected), alpha)
-    return hit, coverage, alpha
-
-
-def _surfaces(scene: Stage, ray: Ray, origin: Origin, found: Found) -> tuple[Hit, list[tuple[Array, Weights]]]:
-    """Hit of one ray, and the weights of each model, with where it is the one."""
-    shapes = shapes_at(scene, found)
-    hit = hit_at(scene, shapes, ray, origin, found)
-    hits = chart_at(scene, shapes, ray, origin, found, hit)
-    models, shared_by = models_at(scene, hits, found)
-    own = [hit_on(scene, hits, kinds, found) for kinds in shared_by]
-    return hit, [(m.here, m.surface.weights(hit)) for hit, m in zip(own, models, strict=True)]
+from .vec import reflect, where
 
 
 @functools.partial(jax.jit, static_argnames=("n_bounces", "max_nodes", "max_waiting", "account", "terms", "classes"))
@@ -271,7 +105,7 @@ def _one_branch(
     """The next hit, and the prescribed branch there; a ray that has none stays as it is and is dead."""
     ray, origin, alive = state
     found = closest_hit(scene, ray, origin, remedy)
-    hit, models = _surfaces(scene, ray, origin, found)
+    hit, models = surfaces_at(scene, ray, origin, found)
     eta = jnp.ones_like(hit.t)
     for here, weights in models:
         eta = jnp.where(here, weights.eta, eta)
@@ -305,3 +139,6 @@ def follow(scene: Scene, ray: Ray, branches: str, remedy: Remedy = SKIP) -> Ray:
     check(scene)
     transmits = jnp.array([letter == "T" for letter in branches], bool)
     return _followed(scene, ray, remedy, transmits, classes=foreign_classes(scene))
+
+
+__all__ = ["Terms", "Trace", "check_loop", "follow", "radiance", "trace"]

@@ -18,7 +18,7 @@ READING_ORDER = [
     *("quadrature", "sampling", "series", "d3d9", "brdf", "catalog"),
     *("chart", "albedo", "certified", "audit"),
     *("geometry", "light", "texture", "surface", "scene", "stage", "camera"),
-    *("search", "shade", "waiting", "path", "bounce", "trace", "render", "spectral", "check"),
+    *("search", "shade", "waiting", "path", "bounce", "blocks", "loop", "trace", "render", "spectral", "check"),
     *("image", "tabulate", "reference", "scene_file", "plot", "gallery"),
     *("cli_scene", "cli_model", "cli_reference", "cli_materials", "cli", "__main__"),
 ]

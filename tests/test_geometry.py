@@ -172,6 +172,27 @@ def test_a_root_nearer_than_the_tolerance_gives_way_to_the_far_one():
         assert (hit.t[0], hit.entering[0]) == (t, entering)
 
 
+def test_what_the_search_compares_by_squares_is_what_the_roots_say():
+    """Spheres before, around and behind the ray; a shadow ray that ends in one, passes it or stays inside."""
+    rng, n = np.random.default_rng(6), 400
+    ray = toward_sphere(rng, 1.0, rng.uniform(0, 1.3, n), np.float64)
+    ray = Ray(ray.origin + ray.direction * rng.uniform(-3, 3, n), ray.direction)
+    ball, kinds = Sphere(ORIGIN, 1.0), set()
+    for t_min, length in itertools.product((0.0, 0.7, 2.5), (0.4, 1.5, 4.0, np.inf)):
+        found = jax.jit(jax.vmap(lambda ray, t_min=t_min: ball.roots(ray, t_min)))(ray)
+        distance = np.full(n, t_min + length)
+        blocked = jax.jit(jax.vmap(lambda ray, d, t_min=t_min: ball.blocks(ray, t_min, d)))(ray, distance)
+        for i, (o, d) in enumerate(zip(array(ray.origin), array(ray.direction), strict=True)):
+            b, q = float(np.dot(o, d)), float(np.dot(o, o))
+            roots = np.sort(np.roots([1.0, 2 * b, q - 1]).real) if b * b - q + 1 > 0 else np.array([])
+            after = roots[roots > t_min]
+            assert found.t[i] == (pytest.approx(after[0], abs=1e-7) if after.size else np.inf)
+            assert not after.size or found.far[i] == (after.size == 1)
+            assert blocked[i] == bool((after < distance[i]).any())
+            kinds.add((roots.size, after.size, bool(blocked[i])))
+    assert kinds == {(0, 0, False), *((2, m, blocked) for m in (1, 2) for blocked in (False, True)), (2, 0, False)}
+
+
 # ---------------------------------------------------------------- planes
 
 

@@ -20,7 +20,8 @@ from jaxrefl.camera import Orthographic, Pinhole
 from jaxrefl.geometry import Ray
 from jaxrefl.light import Directional
 from jaxrefl.params import pytree
-from jaxrefl.render import Image, render, sample_position
+from jaxrefl.render import Image, render
+from jaxrefl.sampling import sample_position
 from jaxrefl.scene import Scene, Sky, canonical, canonical_model
 from jaxrefl.surface import Blend, Local, Phong, Weights
 from jaxrefl.texture import Checker
@@ -198,7 +199,7 @@ jax.config.update("jax_disable_most_optimizations", True)
 sys.path.insert(0, sys.argv[1])
 import jaxrefl.render
 from test_render import EYE, hall
-jaxrefl.render.TILE = 16
+vars(jaxrefl.render).update(TILE=16, BLOCKS=3, PARTS=3, LANES=1)
 assert len(jax.devices()) == 2, jax.devices()
 images = [
     jaxrefl.render.render(hall(), EYE, 9, 8, 2, spp=2, devices=devices, progress=progress)

@@ -128,8 +128,8 @@ def render_spectral(
 
 
 def _tile(copies: float) -> int:
-    """Rays of a tile that carries so many times what a ray of three channels does: what fits the cache stays so."""
-    return max(256, math.ceil(TILE / max(1.0, copies)))
+    """Rays of a tile that carry so many times what a ray of three channels does: what fits the cache stays so."""
+    return min(TILE, math.ceil(4 * TILE / copies))
 
 
 @functools.partial(jax.jit, static_argnames=("structure", "varying", "plan", "devices"))
