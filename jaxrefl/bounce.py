@@ -19,6 +19,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from .beam import reached
 from .geometry import Hit, refract, spawn
 from .path import Account, Branch, Budget, Features, Medium, Options, Walk
 from .search import Found, closest_hit, is_among, leaving
@@ -31,8 +32,9 @@ from .waiting import DEAD, Waiting, pack, put, take, unpack
 
 
 def search(scene: Stage, options: Options, branch: Branch) -> Found:
-    """Nearest hit of a branch."""
-    return closest_hit(scene, branch.ray, branch.origin, options.remedy)
+    """Nearest hits of the branches of a BATCH of rays."""
+    near = reached(scene, branch.ray, branch.strength >= 0)
+    return batch(lambda ray, origin: closest_hit(scene, ray, origin, options.remedy, near))(branch.ray, branch.origin)
 
 
 Shown = tuple[Array, Array, Array, Array]

@@ -7,6 +7,7 @@ A shape is one primitive; every method is written for ONE ray and ONE primitive.
     point(ray, own, far, here)    the same distance again with the point and its normal, differentiable
     chord(n, direction)           how far it is through the inside, from a point of normal n: inf where there is none;
                                   the tracer asks along n and takes it times |n . d|, as it is for a sphere
+    ball()                        if it has one: center and radius of a ball around it, by which a search passes over it
 
 The search runs over numbers without derivatives and is carried, never decided twice; value and gradient of the hit
 come from `point` alone, which gives a legal point also where the ray does not hit (``here`` False). For a sphere of
@@ -187,6 +188,10 @@ class Sphere:
         along = jnp.where(own, -b, jnp.where(far, half_chord, -half_chord))
         n = normalize(foot + ray.direction * along)
         return Point(along - b, self.center + n * self.radius, n, ~far, *_sphere_map(n))
+
+    def ball(self) -> tuple[Vec3, Scalar]:
+        """Center and radius."""
+        return self.center, self.radius
 
     def chord(self, n: Vec3, direction: Vec3) -> Scalar:
         """Length 2 r |n . d| of the chord from a point of normal n."""

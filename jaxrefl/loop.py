@@ -89,7 +89,7 @@ def trace_batch(
     waiting = max(1, min(max_waiting, 2 ** min(n_bounces, 10)))
     # the batch is the last axis, so that a colour is C rows of N: everything runs along N
     begin = batch(functools.partial(start, known=known, account=account))
-    look = batch(functools.partial(search, scene, options))
+    look = functools.partial(search, scene, options)
     step = functools.partial(_step, scene, known, options, look, terms)
     walk = divided(begin(rays), blocks)
     walk = walk._replace(found=each(look, walk.branch, blocks))

@@ -17,6 +17,7 @@ import numpy as np
 from jax import Array, lax
 from jax.experimental.layout import Layout, with_layout_constraint
 
+from .beam import reached
 from .geometry import Hit, Point, Ray, Remedy, spawn
 from .light import Illumination
 from .search import Found, Origin, is_among, is_blocked, leaving, pick
@@ -209,15 +210,21 @@ def shade(
     power, shadows = intensities(scene, channels, dtype)
 
     def is_seen(hit: Hit, found: Found, sent: Illumination, shadow: Array) -> Array:
+        """Of each ray of the batch whether a light shines on its hit."""
         facing = dot(hit.n, sent.wi) > 0
         if not np.any(shadows):
             return facing
-        start = leaving(hit, found, sent.wi, ~hit.entering, remedy)
-        return facing & ~(shadow & is_blocked(scene, spawn(hit, sent.wi, remedy), start, sent.distance, remedy))
+        ray, start = spawn(hit, sent.wi, remedy), leaving(hit, found, sent.wi, ~hit.entering, remedy)
+        near = reached(scene, ray, facing & (found.code >= 0))
+
+        def stands_between(ray: Ray, start: Origin, distance: Array) -> Array:
+            return is_blocked(scene, ray, start, distance, remedy, near)
+
+        return facing & ~(shadow & batch(stands_between)(ray, start, sent.distance))
 
     def add(total: tuple[Array, Array], item: Any) -> tuple[tuple[Array, Array], None]:
         sent, (diffuse, specular, ambient), shadow, bit = item
-        seen = once(alive, batch(functools.partial(is_seen, shadow=shadow)), hit, found, sent)
+        seen = once(alive, functools.partial(is_seen, shadow=shadow), hit, found, sent)
 
         def respond(
             color: Array, sent: Illumination, seen: Array, weights: Weights, models: list[Model], *place: Any

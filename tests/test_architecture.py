@@ -17,7 +17,7 @@ READING_ORDER = [
     *("params", "safe", "vec", "files", "fresnel", "dispersion", "materials", "colourspace", "colour", "films"),
     *("quadrature", "sampling", "series", "d3d9", "brdf", "catalog"),
     *("chart", "albedo", "certified", "audit"),
-    *("geometry", "light", "texture", "surface", "scene", "stage", "camera"),
+    *("geometry", "light", "texture", "surface", "scene", "stage", "beam", "camera"),
     *("search", "shade", "waiting", "path", "bounce", "blocks", "loop", "trace", "render", "spectral", "check"),
     *("image", "tabulate", "reference", "scene_file", "plot", "gallery"),
     *("cli_scene", "cli_model", "cli_reference", "cli_materials", "cli", "__main__"),
