@@ -1,8 +1,8 @@
 """Timings of the renderer: `python tests/benchmark.py [CASE]...`; no test asserts any of them.
 
-Each case runs in a process of its own, float32: first call (compilation included), median of warm calls, temporary
-memory of the compiled program, peak memory of the process. The machine is measured beside it, as nanoseconds per
-element of a fused multiply-add over an array that fits the cache: compare runs by that ratio.
+Each case runs in a process of its own, float32: first call, and what of it is tracing and compilation; median of warm
+calls, temporary memory of the compiled program, peak memory of the process. The machine is measured beside it, as
+nanoseconds per element of a fused multiply-add over an array that fits the cache: compare runs by that ratio.
 """
 
 from __future__ import annotations
@@ -88,7 +88,10 @@ def mean_square(surfaces: dict, scene: Scene, n_bounces: int) -> jax.Array:
 def measure(function: object, *args: object) -> str:
     """Compile, run and time a function of arrays."""
     start, cpu_start = time.perf_counter(), time.process_time()
-    compiled = jax.jit(function).lower(*args).compile()
+    lowered = jax.jit(function).lower(*args)
+    traced = time.perf_counter() - start
+    compiled = lowered.compile()
+    compilation = time.perf_counter() - start - traced
     jax.block_until_ready(compiled(*args))
     first, first_cpu, times = time.perf_counter() - start, time.process_time() - cpu_start, []
     cpu_start = time.process_time()
@@ -99,8 +102,8 @@ def measure(function: object, *args: object) -> str:
     cpu = 1e3 * (time.process_time() - cpu_start) / len(times)
     temporary = compiled.memory_analysis().temp_size_in_bytes / 2**20
     return (
-        f"first {first:6.2f} s (CPU {first_cpu:5.1f})   warm {statistics.median(times):8.1f} ms"
-        f" (best {min(times):.1f}, CPU {cpu:.1f})   temporary {temporary:6.1f} MiB"
+        f"first {first:6.2f} s (tracing {traced:.2f}, compilation {compilation:.2f}, CPU {first_cpu:.1f})"
+        f"   warm {statistics.median(times):8.1f} ms (best {min(times):.1f}, CPU {cpu:.1f})   temporary {temporary:6.1f} MiB"
     )
 
 
