@@ -103,7 +103,8 @@ def measure(function: object, *args: object) -> str:
     temporary = compiled.memory_analysis().temp_size_in_bytes / 2**20
     return (
         f"first {first:6.2f} s (tracing {traced:.2f}, compilation {compilation:.2f}, CPU {first_cpu:.1f})"
-        f"   warm {statistics.median(times):8.1f} ms (best {min(times):.1f}, CPU {cpu:.1f})   temporary {temporary:6.1f} MiB"
+        f"   warm {statistics.median(times):8.1f} ms (best {min(times):.1f}, CPU {cpu:.1f})"
+        f"   temporary {temporary:6.1f} MiB"
     )
 
 
