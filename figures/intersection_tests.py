@@ -13,11 +13,11 @@ from jaxrefl.render import render
 from jaxrefl.scene import Object, Scene, Sky
 from jaxrefl.surface import Blend, Phong
 
-CAPTION = """In a basic ray tracer every ray is tested against every primitive, and at every hit one shadow ray per light
-is as well. With 64 spheres, two lights and up to 5 bounces that makes 398 tests for the average pixel of this picture,
-1152 for the worst, 17.2 million for all 43 200; the rays from the eye alone would take 64 each, which is all where they meet the sky. The
-worst pixel takes 18 tests per primitive whatever their number, so that the cost grows in proportion to it; the mean
-grows faster, from 3.8 to 6.2 tests per primitive, because more spheres mirror each other."""
+CAPTION = """In a basic ray tracer every ray is tested against every primitive, and at every hit one shadow ray per
+light is as well. With 64 spheres, two lights and up to 5 bounces that makes 398 tests for the average pixel of this
+picture, 1152 for the worst, 17.2 million for all 43 200; the rays from the eye alone would take 64 each, which is all
+where they meet the sky. The worst pixel takes 18 tests per primitive whatever their number, so that the cost grows in
+proportion to it; the mean grows faster, from 3.8 to 6.2 tests per primitive, because more spheres mirror each other."""
 SIZE = (9.0, 6.0)
 GROUND = 1
 
