@@ -7,7 +7,7 @@ A shape is one primitive; every method is written for ONE ray and ONE primitive.
     point(ray, own, far, here)    the same distance again with the point and its normal, differentiable
     chord(n, direction)           how far it is through the inside, from a point of normal n: inf where there is none;
                                   the tracer asks along n and takes it times |n . d|, as it is for a sphere
-    ball()                        if it has one: center and radius of a ball around it, by which a search passes over it
+    ball()                        center and radius of a ball around it, by which a search passes over it; may be absent
 
 The search runs over numbers without derivatives and is carried, never decided twice; value and gradient of the hit
 come from `point` alone, which gives a legal point also where the ray does not hit (``here`` False). For a sphere of
@@ -104,8 +104,7 @@ def cosine(a: Vec3, b: Vec3) -> Scalar:
 class Remedy(NamedTuple):
     """What keeps a ray from hitting the surface it starts on (JHU, "Floating Point Imprecision and Self Shadowing").
 
-    Four numbers in the unit of the scene; all zero, and ``skip`` False, is no remedy at all: the picture shows acne.
-    """
+    Lengths; with all of them zero, and ``skip`` False, it is no remedy at all: the picture shows acne."""
 
     t_min: Any = 0.0
     """Hits nearer than this are not believed: "t < EPSILON implies the ray is on the surface"."""
