@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from .geometry import Ray
-from .stage import Kind, Stage
+from .stage import Kind, Stage, at
 from .vec import Vec3, dot, normalize
 
 MANY = 32  # of fewer primitives, or for fewer rays, all are tested: to find out which would cost as much
@@ -59,9 +59,12 @@ def beam(ray: Ray, alive: Array) -> Beam:
     ends = _least(jnp.where(alive, number, alive.size - 1)), -_least(jnp.where(alive, -number, 0))
     first, last = (jax.tree.map(lambda x, i=i: x[i], ray) for i in ends)
     center, axis = (first.origin + last.origin) * 0.5, normalize(first.direction + last.direction)
-    away = ray.origin - center
+    away, d = ray.origin - center, ray.direction
     far = -_least(jnp.where(alive, -dot(away, away), 0.0))
-    return Beam(center, jnp.sqrt(far), axis, _least(jnp.where(alive, dot(ray.direction, axis), 1.0)))
+    cos = dot(d, axis) * lax.rsqrt(
+        dot(d, d)
+    )  # after many bounces a direction may be longer than 1 by more than rounding
+    return Beam(center, jnp.sqrt(far), axis, _least(jnp.where(alive, cos, 1.0)))
 
 
 def reached(scene: Stage, ray: Ray, alive: Array) -> tuple[Reached | None, ...]:
@@ -72,8 +75,9 @@ def reached(scene: Stage, ray: Ray, alive: Array) -> tuple[Reached | None, ...]:
 def _reached(kind: Kind, ray: Ray, alive: Array) -> Reached | None:
     if min(len(kind.ids), alive.size) < MANY or not hasattr(kind.shape, "ball"):
         return None
-    shape: Any = lax.stop_gradient(kind.shape)
-    may = beam(ray, alive).touches(*shape.ball())
+    shapes: Any = lax.stop_gradient(kind.shape)
+    center, radius = jax.vmap(lambda i: jax.tree.map(jnp.asarray, at(shapes, i).ball()))(jnp.arange(len(kind.ids)))
+    may = beam(ray, alive).touches(center, radius)
     return Reached(jnp.argsort(~may, stable=True), jnp.sum(may))
 
 

@@ -80,7 +80,7 @@ class Hit(NamedTuple):
     wo: Vec3
     """Unit direction to the viewer."""
     t: Array
-    """() distance that the ray came, (0, inf)."""
+    """() distance that the ray came, (0, inf); 0 to rounding where a ray may hit what it starts on."""
     uv: tuple[Array, Array]
     """Surface coordinates, see `Point`."""
     entering: Array
@@ -148,11 +148,10 @@ class Sphere:
     radius: Any = param("(0, inf)", default=1.0, doc="radius")
 
     def roots(self, ray: Ray, t_min: Scalar) -> Root:
-        """Nearest root -b -+ h above t_min.
+        """Nearest root -b -+ h above t_min; one that rounding cannot tell from t_min may come out as t_min.
 
         Which one it is is settled by squares: a square root with one user is computed in the same pass as the rest
-        (measured: two thirds of the time).
-        """
+        (measured: two thirds of the time)."""
         oc = ray.origin - self.center
         b = dot(oc, ray.direction)
         foot = oc - ray.direction * b

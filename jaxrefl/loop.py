@@ -85,6 +85,7 @@ def trace_batch(
     The batch is worked on in blocks of equal size; in one, where surfaces transmit or terms are asked for.
     """
     known = features(scene)
+    assert blocks == 1 or not (known.is_tree or terms)
     steps = (max_nodes or 4 * (n_bounces + 1)) if known.is_tree else n_bounces + 1
     waiting = max(1, min(max_waiting, 2 ** min(n_bounces, 10)))
     # the batch is the last axis, so that a colour is C rows of N: everything runs along N

@@ -69,8 +69,7 @@ class Plan(NamedTuple):
     n_bounces: int
     spp: int
     rows: int
-    """Rows of a strip; pixels are numbered strip by strip and in it column by column, so that a tile is a compact patch
-    whose rays die together."""
+    """Of a strip; pixels are numbered strip by strip and in it column by column: so a tile is a patch of the picture."""
     tile: int
     tiles: int
     max_nodes: int | None
@@ -92,8 +91,8 @@ class Job(NamedTuple):
 def plan_of(width: int, height: int, tile: int | None = None, **settings: Any) -> Plan:
     """Plan with strips, and tiles, of equal size.
 
-    What is worked on at once is an odd multiple of the lanes of a vector unit: other lengths leave it idle, and arrays
-    of a power of two push each other out of the cache (measured: up to four times, and a tenth).
+    A part is an odd multiple of the lanes of a vector unit, a block of 4 times as many: other lengths leave them idle,
+    and arrays of a power of two push each other out of the cache (measured: up to four times, and a tenth).
     """
     strips = math.ceil(height / STRIP)
     rows = math.ceil(height / strips)
@@ -103,13 +102,18 @@ def plan_of(width: int, height: int, tile: int | None = None, **settings: Any) -
     return Plan(width, height, rows=rows, tile=tile, tiles=math.ceil(pixels / tile), **settings)
 
 
+def _pixel(number: Any, plan: Plan) -> tuple[Any, Any]:
+    """Column and row of a ray; below the picture for those that fill up a tile."""
+    strip, place = number // (plan.rows * plan.width), number % (plan.rows * plan.width)
+    return place // plan.rows, strip * plan.rows + place % plan.rows
+
+
 def _tile(job: Job, plan: Plan, tile: Array, sample: Array) -> Trace:
     """One sample of each pixel of one tile."""
     number = tile * plan.tile + jnp.arange(plan.tile, dtype=jnp.int32)
 
     def ray(number: Array) -> Ray:
-        strip, place = number // (plan.rows * plan.width), number % (plan.rows * plan.width)
-        column, row = place // plan.rows, strip * plan.rows + place % plan.rows
+        column, row = _pixel(number, plan)
         row = jnp.minimum(row, plan.height - 1)  # what is too much repeats the last row
         dx = dy = 0.5
         if plan.spp > 1:
@@ -248,7 +252,7 @@ def render(
         alpha: "premultiplied", or "printed": max(d_a, |R_tot|), D3D9 (7).
         progress: called with (samples done, samples in all, rays traced so far) after each band; not traceable.
         devices: share the tiles among these; the image is the same, see the head of this module.
-        tile: rays of a tile, about; of influence on speed and memory alone.
+        tile: rays of a tile, about, 192 at least; of influence on speed and memory alone.
 
     Raises:
         ValueError: a value out of its range.
@@ -287,7 +291,8 @@ def _in_bands(job: Job, plan: Plan, devices: tuple[Any, ...], report: Callable[[
             band = _band(job, start, one, plan, count, devices)
             bands.append(jax.tree.map(np.asarray, band))
             done = min((first + count) * plan.tile, pixels)
-            rays += 0 if band.account is None else int(band.account.rays.sum())
+            inside = _pixel(first * plan.tile + np.arange(band.depth.size), plan)[1] < plan.height
+            rays += 0 if band.account is None else int(band.account.rays.reshape(-1)[inside].sum())
             report(sample * pixels + done, plan.spp * pixels, rays)
         whole = jax.tree.map(lambda *x: np.concatenate(x), *bands)
         result = whole if result is None else _sum(result, whole, False)

@@ -19,7 +19,7 @@ from jax import Array, lax
 from .beam import Reached
 from .geometry import Hit, Ray, Remedy
 from .scene import is_shared
-from .stage import Kind, Stage
+from .stage import Kind, Stage, at
 from .vec import Vec3, dot
 
 UNROLLED = 5  # primitives per turn of the search
@@ -50,11 +50,6 @@ class Found(NamedTuple):
     def far(self) -> Array:
         """Whether it is the far root."""
         return (self.code & 1) == 1
-
-
-def at(models: Any, i: Array) -> Any:
-    """Model i of a stack; what is shared stays as it is."""
-    return jax.tree.map(lambda x: x if is_shared(x) else x[i], models, is_leaf=is_shared)
 
 
 def pick(models: Any, ids: tuple[int, ...], found: Array) -> Any:

@@ -37,8 +37,8 @@ class Shading(NamedTuple):
     """() uint32: a number of the set of lights seen."""
 
 
-def once(alive: Array, function: Callable[..., Any], *args: Any) -> Any:
-    """``function(*args)``, computed once: what uses it does not compute it again; zeros if no ray is alive.
+def once(needed: Array, function: Callable[..., Any], *args: Any) -> Any:
+    """``function(*args)``, computed once: what uses it does not compute it again; zeros if it is not needed.
 
     A backend that fuses a value into each of its users computes it once per user, and once per channel (measured on
     the CPU: 5 to 8 times slower). The branch of a conditional whose predicate only the run knows is what it does not
@@ -53,7 +53,7 @@ def once(alive: Array, function: Callable[..., Any], *args: Any) -> Any:
         return function(*jax.tree.unflatten(structure, [next(rest) if isinstance(x, Array) else x for x in leaves]))
 
     nothing = jax.eval_shape(apply, arrays)
-    return lax.cond(alive, apply, lambda _: jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), nothing), arrays)
+    return lax.cond(needed, apply, lambda _: jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), nothing), arrays)
 
 
 @jax.custom_batching.custom_vmap
@@ -167,7 +167,7 @@ def _rays_last(x: Array) -> Array:
 
 
 def shade(
-    scene: Stage, ray: Ray, origin: Origin, found: Found, remedy: Remedy, channels: int, alive: Array
+    scene: Stage, ray: Ray, origin: Origin, found: Found, remedy: Remedy, channels: int, any_hit: Array
 ) -> tuple[Hit, Shading]:
     """Hits of a BATCH of rays and their local illumination and weights.
 
@@ -175,8 +175,8 @@ def shade(
     attenuated and not shadowed. Source: JHU, "Local Illumination Equation", whose legend has I_aj and whose sum lacks
     it (S27).
     """
-    shapes = once(alive, batch(functools.partial(shapes_at, scene)), found)
-    hit = once(alive, batch(functools.partial(hit_at, scene)), shapes, ray, origin, found)
+    shapes = once(any_hit, batch(functools.partial(shapes_at, scene)), found)
+    hit = once(any_hit, batch(functools.partial(hit_at, scene)), shapes, ray, origin, found)
     place = (shapes, ray, origin, found, hit)
     dtype = hit.t.dtype
     shared_by: list[tuple[int, ...]] = []
@@ -189,7 +189,7 @@ def shade(
         hits = chart_at(scene, *place)
         return [hit_on(scene, hits, kinds, place[3]) for kinds in shared_by]
 
-    models = once(alive, batch(models_of), *place)
+    models = once(any_hit, batch(models_of), *place)
 
     def weigh(models: list[Model], *place: Any) -> tuple[Weights, Array]:
         own = zip(hits_of(place), models, strict=True)
@@ -197,7 +197,7 @@ def shade(
         weights: Weights = merge([model.here for model in models], values)
         return weights, weights.emitted + scene.ambient * weights.ambient
 
-    weights, color = once(alive, batch(weigh), models, *place)
+    weights, color = once(any_hit, batch(weigh), models, *place)
     if not scene.lights:
         return hit, Shading(color, weights, jnp.zeros(hit.t.shape, jnp.uint32))
 
@@ -206,7 +206,7 @@ def shade(
         sent = [jax.vmap(lambda light: light.at(p))(lights) for lights in scene.lights]
         return jax.tree.map(lambda *x: jnp.concatenate(x), *sent)
 
-    sent = once(alive, batch(illuminate), hit.p)
+    sent = once(any_hit, batch(illuminate), hit.p)
     power, shadows = intensities(scene, channels, dtype)
 
     def is_seen(hit: Hit, found: Found, sent: Illumination, shadow: Array) -> Array:
@@ -224,7 +224,7 @@ def shade(
 
     def add(total: tuple[Array, Array], item: Any) -> tuple[tuple[Array, Array], None]:
         sent, (diffuse, specular, ambient), shadow, bit = item
-        seen = once(alive, functools.partial(is_seen, shadow=shadow), hit, found, sent)
+        seen = once(any_hit, functools.partial(is_seen, shadow=shadow), hit, found, sent)
 
         def respond(
             color: Array, sent: Illumination, seen: Array, weights: Weights, models: list[Model], *place: Any

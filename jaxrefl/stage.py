@@ -57,6 +57,11 @@ class Stage(NamedTuple):
         return self.background(direction) if callable(self.background) else self.background
 
 
+def at(models: Any, i: Array) -> Any:
+    """Model i of a stack; what is shared stays as it is."""
+    return jax.tree.map(lambda x: x if is_shared(x) else x[i], models, is_leaf=is_shared)
+
+
 def stage(scene: Scene) -> Stage:
     """Scene with equal models stacked: objects by shape, then by surface; lights by model. Traceable."""
     scene = canonical(scene)

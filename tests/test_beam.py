@@ -1,5 +1,7 @@
 """The beam of a batch of rays: what it leaves out no ray meets, and the tracer brings back the same without it."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,10 +11,13 @@ from hypothesis import strategies as st
 from tracer_scenes import plane, quick_jit, units, vec
 
 from jaxrefl import beam as beams
+from jaxrefl.camera import Pinhole
 from jaxrefl.geometry import SKIP, Ray, Sphere
 from jaxrefl.light import Directional, PointLight
 from jaxrefl.loop import trace_batch
+from jaxrefl.params import param, pytree
 from jaxrefl.path import Options
+from jaxrefl.render import render
 from jaxrefl.scene import Object, Scene, Sky, canonical
 from jaxrefl.stage import stage
 from jaxrefl.surface import Blend, Dielectric, Phong
@@ -52,12 +57,13 @@ BEAM = {dtype: quick_jit(lambda *args: beams.beam(*args[:2]).touches(*args[2:]))
 def test_a_ball_that_a_ray_meets_touches_the_beam(dtype, seed, width, spread, scale, dead):
     rng = np.random.default_rng(seed)
     origins, directions = bundle(rng, width, spread)
+    lengths = 1 + rng.choice([0.0, 3e-4]) * rng.uniform(-1, 1, (N, 1))  # what hundreds of bounces make of 1 in float32
     alive = rng.random(N) >= dead
     # for each ray a ball it just meets, far or near, large or small, on a side of it, most of them outside the bundle
     t, r = (10 ** rng.uniform(-3, 3, (N, 1)) for _ in range(2))
     centers = origins + directions * t + a_perpendicular(rng, directions) * r * (1 - 1e-9)
     touched = BEAM[dtype](
-        as_ray(origins * scale, directions, dtype),
+        as_ray(origins * scale, directions * lengths, dtype),
         jnp.asarray(alive),
         vec((centers * scale).astype(dtype)),
         jnp.asarray(r[:, 0] * scale, dtype),
@@ -85,6 +91,57 @@ def test_of_a_hundred_balls_few_touch_the_beam_of_a_patch_and_those_stand_in_fro
     assert len(front) < 20
     assert (np.diff(front) > 0).all()
     assert sorted(near.order.tolist()) == list(range(100))
+
+
+@pytree
+class Shell:
+    """A shape of a user: a sphere whose radius is the sum of a spectrum, with a ball or with none."""
+
+    center: Any = param("(-inf, inf)", vector=True)
+    radii: Any = param("(0, inf)", spectral=True)
+
+    def _sphere(self) -> Sphere:
+        return Sphere(self.center, jnp.sum(self.radii))
+
+    def roots(self, ray, t_min):
+        return self._sphere().roots(ray, t_min)
+
+    def blocks(self, ray, t_min, distance):
+        return self._sphere().blocks(ray, t_min, distance)
+
+    def point(self, ray, own, far, here):
+        return self._sphere().point(ray, own, far, here)
+
+    def chord(self, n, direction):
+        return self._sphere().chord(n, direction)
+
+
+@pytree
+class Balled(Shell):
+    def ball(self):
+        return self.center, jnp.sum(self.radii)
+
+
+@pytree
+class Enclosed(Shell):
+    def ball(self):
+        return Vec3(0.0, 0.0, 0.0), 30.0
+
+
+def test_the_ball_of_a_shape_is_asked_for_one_shape_at_a_time():
+    camera = Pinhole(Vec3(0.0, -12.0, 5.0), Vec3(0.0, 1.0, 0.3), field_of_view=0.5)
+    center, radius = grid(6)
+    radii = np.linspace(0.1, 1.9, 36)[:, None] * radius[:36, None] * np.array([[0.2, 0.3, 0.5]])
+    images = []
+    for shape in (Shell, Balled, Enclosed):
+        objects = {"shells": Object(shape(center, radii), Blend(Phong(0.5), 0.5)), "floor": plane(Phong(0.3))}
+        scene = Scene(objects, {"sun": Directional(Vec3(0.5, 0.3, -1.0))}, Sky([0.2, 0.5, 0.9]))
+        images.append(render(scene, camera, 24, 20, 2))
+    assert len(np.unique(images[0].primitive)) > 20
+    for image in images[1:]:
+        np.testing.assert_array_equal(image.primitive, images[0].primitive)
+        np.testing.assert_array_equal(image.path_id, images[0].path_id)
+        np.testing.assert_allclose(image.radiance, images[0].radiance, rtol=1e-5)
 
 
 def test_a_beam_of_which_nothing_is_known_touches_everything():
