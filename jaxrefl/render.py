@@ -69,7 +69,7 @@ class Plan(NamedTuple):
     n_bounces: int
     spp: int
     rows: int
-    """Of a strip; pixels are numbered strip by strip and in it column by column: so a tile is a patch of the picture."""
+    """Of a strip; pixels are numbered strip by strip and in it column by column, so that a tile is a patch."""
     tile: int
     tiles: int
     max_nodes: int | None

@@ -144,9 +144,11 @@ def is_blocked(
 def _over(kind: Kind, near: Reached | None, test: Callable[[Array, Array], Array], value: Array) -> Array:
     """Value after ``test(place, value)`` of every primitive of a kind that is near.
 
-    How many turns it takes is kept from the compiler, which would make one turn part of whatever uses the value.
+    How many turns it takes is hidden from the compiler, which would make one turn part of whatever uses the value.
     """
     n = len(kind.ids)
+    if n == 1:  # one test is cheap enough to be done twice
+        return test(jnp.int32(0), value)
     order, number = near or Reached(jnp.arange(n, dtype=jnp.int32), jnp.int32(n))
     several = min(UNROLLED, n)
 
