@@ -46,17 +46,15 @@ def first(flags: Array) -> Array:
     flag = flags.reshape(-1)
     before = _sums(flag) - flag
     with_flag = before[-1] + flag[-1]
-    return inverse(
-        jnp.where(flag, before, with_flag + jnp.arange(flag.size, dtype=jnp.int32) - before).reshape(flags.shape)
-    )
+    number = jnp.arange(flag.size, dtype=jnp.int32)
+    return inverse(jnp.where(flag, before, with_flag + number - before).reshape(flags.shape))
 
 
 def inverse(order: Array) -> Array:
     """Order that undoes another."""
-    back = jnp.zeros_like(order).reshape(-1).at[order.reshape(-1)]
-    return back.set(jnp.arange(order.size, dtype=jnp.int32), unique_indices=True, mode="promise_in_bounds").reshape(
-        order.shape
-    )
+    number = jnp.arange(order.size, dtype=jnp.int32)
+    back = jnp.zeros_like(number).at[order.reshape(-1)]
+    return back.set(number, unique_indices=True, mode="promise_in_bounds").reshape(order.shape)
 
 
 @jax.checkpoint

@@ -34,7 +34,7 @@ from .waiting import DEAD, Waiting, pack, put, take, unpack
 def search(scene: Stage, options: Options, branch: Branch) -> Found:
     """Nearest hits of the branches of a BATCH of rays."""
     near = reached(scene, branch.ray, branch.strength >= 0)
-    return batch(lambda ray, origin: closest_hit(scene, ray, origin, options.remedy, near))(branch.ray, branch.origin)
+    return batch(lambda ray, origin: closest_hit(near, ray, origin, options.remedy))(branch.ray, branch.origin)
 
 
 Shown = tuple[Array, Array, Array, Array]

@@ -104,7 +104,8 @@ def cosine(a: Vec3, b: Vec3) -> Scalar:
 class Remedy(NamedTuple):
     """What keeps a ray from hitting the surface it starts on (JHU, "Floating Point Imprecision and Self Shadowing").
 
-    Lengths; with all of them zero, and ``skip`` False, it is no remedy at all: the picture shows acne."""
+    Lengths in the unit of the scene; all zero, and ``skip`` False, is no remedy at all: the picture shows acne.
+    """
 
     t_min: Any = 0.0
     """Hits nearer than this are not believed: "t < EPSILON implies the ray is on the surface"."""
@@ -150,8 +151,8 @@ class Sphere:
     def roots(self, ray: Ray, t_min: Scalar) -> Root:
         """Nearest root -b -+ h above t_min; one that rounding cannot tell from t_min may come out as t_min.
 
-        Which one it is is settled by squares: a square root with one user is computed in the same pass as the rest
-        (measured: two thirds of the time)."""
+        Which one is settled by squares: a square root with one user is computed in the same pass as the rest.
+        """
         oc = ray.origin - self.center
         b = dot(oc, ray.direction)
         foot = oc - ray.direction * b

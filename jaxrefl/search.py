@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -16,10 +16,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from .beam import Reached
 from .geometry import Hit, Ray, Remedy
 from .scene import is_shared
-from .stage import Kind, Stage, at
+from .stage import Kind, Near, Stage, at
 from .vec import Vec3, dot
 
 UNROLLED = 5  # primitives per turn of the search
@@ -93,10 +92,8 @@ def leaving(hit: Hit, found: Found, direction: Vec3, inside: Array, remedy: Reme
     return Origin(left, jnp.where(inside & (left >= 0) & jnp.isfinite(hit.diameter), chord, jnp.inf))
 
 
-def closest_hit(
-    scene: Stage, ray: Ray, origin: Origin, remedy: Remedy, near: Sequence[Reached | None] | None = None
-) -> Found:
-    """Nearest primitive, of those that are ``near`` for the batch; of equal distances the lower number wins.
+def closest_hit(scene: Stage, ray: Ray, origin: Origin, remedy: Remedy) -> Found:
+    """Nearest primitive; of equal distances the lower number wins.
 
     The loop carries distance and code as the two parts of one complex number: two results would be two kernels, each of
     which computes everything (measured: 2.5 times slower). A part holds a code up to 2^24 exactly in float32. Within a
@@ -107,7 +104,7 @@ def closest_hit(
     own = jnp.where(jnp.isfinite(origin.chord), 2 * origin.left + 1, -2).astype(dtype)
     best = lax.complex(origin.chord, own)
     nothing = lax.complex(jnp.full_like(origin.chord, jnp.inf), jnp.full_like(origin.chord, -2))
-    for kind, chosen in zip(scene.kinds, near or (None,) * len(scene.kinds), strict=True):
+    for kind in scene.kinds:
         shapes, ids = lax.stop_gradient(kind.shape), jnp.asarray(kind.ids, jnp.int32)
 
         def nearer(i: Array, best: Array, shapes: Any = shapes, ids: Array = ids) -> Array:
@@ -116,32 +113,30 @@ def closest_hit(
             t = jnp.where(ids[i] != origin.left, root.t, jnp.inf)
             return jnp.where(t < best.real, lax.complex(t, jnp.where(root.far, code + 1, code)), best)
 
-        other = _over(kind, chosen, nearer, nothing)
+        other = _over(kind, nearer, nothing)
         tie = (other.real == best.real) & (other.imag >= 0) & (other.imag < best.imag)
         best = jnp.where((other.real < best.real) | tie, other, best)
     return Found(best.imag.astype(jnp.int32))
 
 
-def is_blocked(
-    scene: Stage, ray: Ray, origin: Origin, distance: Array, remedy: Remedy, near: Sequence[Reached | None]
-) -> Array:
-    """Whether anything, of what is ``near`` for the batch, stands between the origin of a ray and a distance."""
+def is_blocked(scene: Stage, ray: Ray, origin: Origin, distance: Array, remedy: Remedy) -> Array:
+    """Whether anything stands between the origin of a ray and a distance."""
     ray, origin, distance, t_min = lax.stop_gradient(
         (ray, origin, distance, jnp.asarray(remedy.t_min, ray.origin.x.dtype))
     )
     distance *= 1 - 8 * jnp.finfo(distance.dtype).eps  # a light on a surface is not behind it
     blocked = origin.chord < distance
-    for kind, chosen in zip(scene.kinds, near, strict=True):
+    for kind in scene.kinds:
         shapes, ids = lax.stop_gradient(kind.shape), jnp.asarray(kind.ids, jnp.int32)
 
         def test(i: Array, blocked: Array, shapes: Any = shapes, ids: Array = ids) -> Array:
             return blocked | (at(shapes, i).blocks(ray, t_min, distance) & (ids[i] != origin.left))
 
-        blocked = _over(kind, chosen, test, blocked)
+        blocked = _over(kind, test, blocked)
     return blocked & (t_min < distance)
 
 
-def _over(kind: Kind, near: Reached | None, test: Callable[[Array, Array], Array], value: Array) -> Array:
+def _over(kind: Kind, test: Callable[[Array, Array], Array], value: Array) -> Array:
     """Value after ``test(place, value)`` of every primitive of a kind that is near.
 
     How many turns it takes is hidden from the compiler, which would make one turn part of whatever uses the value.
@@ -149,7 +144,7 @@ def _over(kind: Kind, near: Reached | None, test: Callable[[Array, Array], Array
     n = len(kind.ids)
     if n == 1:  # one test is cheap enough to be done twice
         return test(jnp.int32(0), value)
-    order, number = near or Reached(jnp.arange(n, dtype=jnp.int32), jnp.int32(n))
+    order, number = kind.near or Near(jnp.arange(n, dtype=jnp.int32), jnp.int32(n))
     several = min(UNROLLED, n)
 
     def turn(i: Array, value: Array) -> Array:

@@ -216,11 +216,8 @@ def shade(
             return facing
         ray, start = spawn(hit, sent.wi, remedy), leaving(hit, found, sent.wi, ~hit.entering, remedy)
         near = reached(scene, ray, facing & (found.code >= 0))
-
-        def stands_between(ray: Ray, start: Origin, distance: Array) -> Array:
-            return is_blocked(scene, ray, start, distance, remedy, near)
-
-        return facing & ~(shadow & batch(stands_between)(ray, start, sent.distance))
+        blocked = batch(lambda ray, start, distance: is_blocked(near, ray, start, distance, remedy))
+        return facing & ~(shadow & blocked(ray, start, sent.distance))
 
     def add(total: tuple[Array, Array], item: Any) -> tuple[tuple[Array, Array], None]:
         sent, (diffuse, specular, ambient), shadow, bit = item

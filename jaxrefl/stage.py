@@ -16,6 +16,15 @@ from .scene import Object, Scene, canonical, is_model, is_shared
 from .vec import Vec3
 
 
+class Near(NamedTuple):
+    """The primitives of a kind, with those that a batch of rays may meet in front."""
+
+    order: Array
+    """(n,) their places in the kind, rising among those in front."""
+    number: Array
+    """() how many are in front."""
+
+
 class Kind(NamedTuple):
     """All primitives of one shape: what the search runs over."""
 
@@ -23,6 +32,8 @@ class Kind(NamedTuple):
     """Leaves (n,)."""
     ids: tuple[int, ...]
     """Number of each in the scene."""
+    near: Near | None = None
+    """Which of them the search need test; None for all."""
 
 
 class Group(NamedTuple):

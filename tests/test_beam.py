@@ -23,13 +23,14 @@ from jaxrefl.stage import stage
 from jaxrefl.surface import Blend, Dielectric, Phong
 from jaxrefl.vec import Vec3
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
 N = 96  # rays
 
 
-def bundle(rng, width, spread, count=N) -> tuple[np.ndarray, np.ndarray]:
+def bundle(rng, width, spread) -> tuple[np.ndarray, np.ndarray]:
     """Origins within a distance, directions within about an angle of a random axis."""
-    origins = rng.normal(size=3) * 10 + units(rng, count) * spread * rng.random((count, 1))
-    directions = units(rng, 1) + units(rng, count) * np.tan(width) * rng.random((count, 1))
+    origins = rng.normal(size=3) * 10 + units(rng, N) * spread * rng.random((N, 1))
+    directions = units(rng, 1) + units(rng, N) * np.tan(width) * rng.random((N, 1))
     return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
@@ -42,7 +43,7 @@ def as_ray(origins, directions, dtype) -> Ray:
     return Ray(vec(origins.astype(dtype)), vec(directions.astype(dtype)))
 
 
-BEAM = {dtype: quick_jit(lambda *args: beams.beam(*args[:2]).touches(*args[2:])) for dtype in (np.float32, np.float64)}
+touches = quick_jit(lambda ray, alive, centers, radii: beams.beam(ray, alive).touches(centers, radii))
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -62,7 +63,7 @@ def test_a_ball_that_a_ray_meets_touches_the_beam(dtype, seed, width, spread, sc
     # for each ray a ball it just meets, far or near, large or small, on a side of it, most of them outside the bundle
     t, r = (10 ** rng.uniform(-3, 3, (N, 1)) for _ in range(2))
     centers = origins + directions * t + a_perpendicular(rng, directions) * r * (1 - 1e-9)
-    touched = BEAM[dtype](
+    touched = touches(
         as_ray(origins * scale, directions * lengths, dtype),
         jnp.asarray(alive),
         vec((centers * scale).astype(dtype)),
@@ -82,7 +83,7 @@ def test_of_a_hundred_balls_few_touch_the_beam_of_a_patch_and_those_stand_in_fro
     d = aim - np.array([0.0, -8.0, 3.0])
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     ray = as_ray(np.tile([0.0, -8.0, 3.0], (N, 1)), d, np.float64)
-    (near,) = beams.reached(scene, ray, jnp.ones(N, bool))
+    near = beams.reached(scene, ray, jnp.ones(N, bool)).kinds[0].near
     front = np.asarray(near.order)[: int(near.number)]
     distances = jax.vmap(lambda ball: jax.vmap(lambda ray: ball.roots(ray, 0.0).t)(ray))(scene.kinds[0].shape)
     met = set(np.flatnonzero(np.isfinite(distances).any(axis=1)).tolist())
@@ -142,7 +143,10 @@ def test_the_ball_of_a_shape_is_asked_for_one_shape_at_a_time():
     np.testing.assert_array_equal(balled.primitive, plain.primitive)
     np.testing.assert_array_equal(balled.path_id, plain.path_id)
     narrow = as_ray(*bundle(np.random.default_rng(5), 0.01, 0.0), np.float64)
-    shells = {shape: beams.reached(stage(scene(shape)), narrow, jnp.ones(N, bool))[-1] for shape in (Balled, Enclosed)}
+    shells = {
+        shape: beams.reached(stage(scene(shape)), narrow, jnp.ones(N, bool)).kinds[-1].near
+        for shape in (Balled, Enclosed)
+    }
     assert int(shells[Balled].number) < 36
     assert int(shells[Enclosed].number) == 36
 
@@ -153,17 +157,17 @@ def test_a_beam_of_which_nothing_is_known_touches_everything():
     everywhere = vec(rng.normal(size=(50, 3)) * 100)
     radius, alive = jnp.full(50, 0.1), jnp.ones(N, bool)
 
-    def touches(o, d, alive) -> np.ndarray:
-        return np.asarray(beams.beam(as_ray(o, d, np.float64), alive).touches(everywhere, radius))
+    def touched(o, d, alive) -> np.ndarray:
+        return np.asarray(touches(as_ray(o, d, np.float64), alive, everywhere, radius))
 
-    narrow = touches(origins, directions, alive)
+    narrow = touched(origins, directions, alive)
     assert not narrow.all()
     opposite = np.where(np.arange(N)[:, None] % 2 == 1, -directions, directions)  # first and last cancel
-    assert touches(origins, opposite, alive).all()
+    assert touched(origins, opposite, alive).all()
     lost = directions.copy()
     lost[17] = np.nan
-    assert touches(origins, lost, alive).all()
-    np.testing.assert_array_equal(touches(origins, lost, alive.at[17].set(False)), narrow)  # unless it is dead
+    assert touched(origins, lost, alive).all()
+    np.testing.assert_array_equal(touched(origins, lost, alive.at[17].set(False)), narrow)  # unless it is dead
 
 
 # ---------------------------------------------------------------- the tracer
@@ -207,9 +211,9 @@ def test_scenes_bring_back_the_same_as_without_beams(monkeypatch, surface, block
     reached = beams._reached
 
     def watched(*args):
-        found = reached(*args)
-        known.append(found is not None)
-        return found
+        kind = reached(*args)
+        known.append(kind.near is not None)
+        return kind
 
     monkeypatch.setattr(beams, "_reached", watched)
     results = []
